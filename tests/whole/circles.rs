@@ -7,6 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use syn::visit::{self, Visit};
+use syn::{Attribute, Item, ItemMod, ItemUse, Macro, MetaList, UseTree, Visibility};
+
 #[test]
 fn no_circle_of_files_imports_each_other() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -54,8 +57,111 @@ struct Module {
     children: BTreeSet<String>,
     /// Names brought into scope, and their paths.
     imports: BTreeMap<String, Vec<String>>,
-    /// Paths that the code depends on.
-    named: Vec<Vec<String>>,
+    /// Those of them that are handed on.
+    handed_on: BTreeSet<String>,
+    /// Paths in the code.
+    paths: Vec<Vec<String>>,
+    /// All identifiers of the code.
+    words: BTreeSet<String>,
+}
+
+impl Module {
+    /// Paths of this crate that the code depends on.
+    fn named(&self) -> impl Iterator<Item = &Vec<String>> {
+        let is_used = |name: &str| !self.handed_on.contains(name) || self.words.contains(name);
+        let imports = self.imports.iter().filter(move |(name, _)| is_used(name));
+        imports.map(|(_, path)| path).chain(&self.paths)
+    }
+
+    /// What stands in a macro or an attribute.
+    fn scan(&mut self, tokens: &str) {
+        let is_in_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+        for word in tokens.replace(" :: ", "::").split(|c| !is_in_path(c)) {
+            let parts: Vec<String> = word.split("::").map(String::from).collect();
+            self.words.extend(parts.iter().cloned());
+            if parts.len() > 1 {
+                self.paths.push(parts);
+            }
+        }
+    }
+}
+
+fn is_test(attributes: &[Attribute]) -> bool {
+    let is_test = |list: &MetaList| list.path.is_ident("cfg") && list.tokens.to_string() == "test";
+    let lists = attributes.iter().filter_map(|a| a.meta.require_list().ok());
+    lists.into_iter().any(is_test)
+}
+
+impl<'s> Visit<'s> for Module {
+    fn visit_item(&mut self, item: &'s Item) {
+        let attributes = match item {
+            Item::Const(item) => &item.attrs,
+            Item::Fn(item) => &item.attrs,
+            Item::Impl(item) => &item.attrs,
+            Item::Mod(item) => &item.attrs,
+            Item::Static(item) => &item.attrs,
+            Item::Struct(item) => &item.attrs,
+            Item::Use(item) => &item.attrs,
+            _ => return visit::visit_item(self, item),
+        };
+        if !is_test(attributes) {
+            visit::visit_item(self, item);
+        }
+    }
+
+    fn visit_item_mod(&mut self, item: &'s ItemMod) {
+        self.children.insert(item.ident.to_string());
+        let inside = item.content.iter().flat_map(|(_, items)| items);
+        inside.for_each(|item| self.visit_item(item));
+    }
+
+    fn visit_item_use(&mut self, item: &'s ItemUse) {
+        let mut found = Vec::new();
+        expand(&item.tree, &[], &mut found);
+        if !matches!(item.vis, Visibility::Inherited) {
+            let names = found.iter().map(|(name, _)| name.clone());
+            self.handed_on.extend(names);
+        }
+        self.imports.extend(found);
+    }
+
+    fn visit_path(&mut self, path: &'s syn::Path) {
+        let parts = path.segments.iter().map(|part| part.ident.to_string());
+        if path.leading_colon.is_none() && path.segments.len() > 1 {
+            self.paths.push(parts.collect());
+        }
+        visit::visit_path(self, path);
+    }
+
+    fn visit_ident(&mut self, ident: &'s syn::Ident) {
+        self.words.insert(ident.to_string());
+    }
+
+    fn visit_macro(&mut self, item: &'s Macro) {
+        self.visit_path(&item.path);
+        self.scan(&item.tokens.to_string());
+    }
+
+    fn visit_meta_list(&mut self, list: &'s MetaList) {
+        self.scan(&list.tokens.to_string());
+    }
+}
+
+/// Each name that a tree below a path brings into scope, and its path.
+fn expand(tree: &UseTree, at: &[String], found: &mut Vec<(String, Vec<String>)>) {
+    let below = |name: String| [at, &[name]].concat();
+    match tree {
+        UseTree::Path(path) => expand(&path.tree, &below(path.ident.to_string()), found),
+        UseTree::Group(group) => group.items.iter().for_each(|tree| expand(tree, at, found)),
+        UseTree::Name(name) if name.ident == "self" => {
+            found.push((at.last().cloned().unwrap_or_default(), at.to_vec()));
+        }
+        UseTree::Name(name) => found.push((name.ident.to_string(), below(name.ident.to_string()))),
+        UseTree::Rename(name) => {
+            found.push((name.rename.to_string(), below(name.ident.to_string())));
+        }
+        UseTree::Glob(_) => found.push(("*".into(), below("*".into()))),
+    }
 }
 
 /// The modules of a crate by their path from its root.
@@ -79,29 +185,18 @@ impl Crate {
 
     /// Reads a module and those that it declares, which lie in `folder`.
     fn add(&mut self, path: Vec<String>, file: &Path, folder: &Path) {
-        let code = without_tests(&without_comments(&text(file)));
-        let (uses, body) = split_uses(&code);
         let mut module = Module {
             file: file.to_path_buf(),
-            children: declared(&body),
             ..Module::default()
         };
-        let words = words(&body);
-        for (is_public, tree) in uses {
-            for (name, target) in expand(&tree) {
-                if !is_public || words.contains(&name) {
-                    module.named.push(target.clone());
-                }
-                module.imports.insert(name, target);
-            }
-        }
-        module.named.extend(paths(&body, &module.children));
-        for child in module.children.clone() {
+        let parsed = syn::parse_file(&text(file));
+        module.visit_file(&parsed.unwrap_or_else(|error| panic!("{}: {error}", file.display())));
+        for child in &module.children {
             let file = [format!("{child}.rs"), format!("{child}/mod.rs")].map(|f| folder.join(f));
             // A module in braces is part of its file.
             if let Some(file) = file.iter().find(|file| file.is_file()) {
                 let path = [path.clone(), vec![child.clone()]].concat();
-                self.add(path, file, &folder.join(&child));
+                self.add(path, file, &folder.join(child));
             }
         }
         self.modules.insert(path, module);
@@ -146,10 +241,7 @@ impl Crate {
     fn circles(&self) -> Vec<Vec<String>> {
         let mut to: BTreeMap<&Path, BTreeSet<&Path>> = BTreeMap::new();
         for (path, module) in &self.modules {
-            let files = module
-                .named
-                .iter()
-                .filter_map(|named| self.file(path, named, 0));
+            let files = module.named().filter_map(|named| self.file(path, named, 0));
             let others = files.filter(|file| *file != module.file);
             to.entry(&module.file).or_default().extend(others);
         }
@@ -186,187 +278,4 @@ fn reach<'a>(to: &BTreeMap<&'a Path, BTreeSet<&'a Path>>, from: &Path) -> BTreeS
 
 fn text(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-/// Code without line comments and without ordinary string literals.
-fn without_comments(code: &str) -> String {
-    let mut out = String::new();
-    for line in code.lines() {
-        let mut chars = line.chars().peekable();
-        let mut in_text = false;
-        while let Some(c) = chars.next() {
-            match c {
-                '\\' if in_text => drop(chars.next()),
-                '"' => {
-                    in_text = !in_text;
-                    out.push(c);
-                }
-                '/' if !in_text && chars.peek() == Some(&'/') => break,
-                _ if in_text => {}
-                _ => out.push(c),
-            }
-        }
-        out.push('\n');
-    }
-    // Braces as characters would close what they do not.
-    out.replace("'{'", "' '")
-        .replace("'}'", "' '")
-        .replace("'\"'", "' '")
-}
-
-/// Code without the items that follow `#[cfg(test)]`.
-fn without_tests(code: &str) -> String {
-    const MARK: &str = "#[cfg(test)]";
-    let mut out = String::new();
-    let mut rest = code;
-    while let Some(start) = rest.find(MARK) {
-        out.push_str(&rest[..start]);
-        rest = &rest[start + MARK.len()..];
-        let mut depth = 0_usize;
-        let end = rest.char_indices().find(|(_, c)| {
-            match c {
-                '{' => depth += 1,
-                '}' => depth = depth.saturating_sub(1),
-                _ => {}
-            }
-            depth == 0 && matches!(c, '}' | ';')
-        });
-        rest = end.map_or("", |(end, _)| &rest[end + 1..]);
-    }
-    out + rest
-}
-
-/// The `use` items, whether each is public and its tree, and the code without them.
-fn split_uses(code: &str) -> (Vec<(bool, String)>, String) {
-    let mut uses = Vec::new();
-    let mut body = String::new();
-    let mut tree: Option<(bool, String)> = None;
-    for line in code.lines() {
-        let line = line.trim();
-        let start = line.find("use ").filter(|at| {
-            let before = line[..*at].trim();
-            before.is_empty() || before.starts_with("pub")
-        });
-        match (&mut tree, start) {
-            (None, Some(at)) => tree = Some((at > 0, line[at + 4..].to_string())),
-            (Some((_, tree)), _) => tree.push_str(line),
-            (None, None) => {
-                body.push_str(line);
-                body.push('\n');
-            }
-        }
-        if let Some((is_public, text)) = tree.take_if(|(_, text)| text.ends_with(';')) {
-            uses.push((is_public, text.trim_end_matches(';').to_string()));
-        }
-    }
-    (uses, body)
-}
-
-/// The modules that a file declares.
-fn declared(body: &str) -> BTreeSet<String> {
-    let declared = body.lines().filter_map(|line| {
-        let at = line.find("mod ")?;
-        let before = line[..at].trim();
-        let is_declaration = before.is_empty() || before.starts_with("pub");
-        let name = line[at + 4..].trim_end_matches([';', '{', ' ']);
-        (is_declaration && line.ends_with([';', '{'])).then(|| name.to_string())
-    });
-    declared.collect()
-}
-
-/// Each name that a tree brings into scope, and its path.
-fn expand(tree: &str) -> Vec<(String, Vec<String>)> {
-    let tree = tree.trim();
-    if let Some(open) = tree.find('{') {
-        let prefix = parts(tree[..open].trim_end_matches("::"));
-        let inside = tree[open + 1..].trim_end().trim_end_matches('}');
-        // Only the last brace is this tree's.
-        let close = tree.rfind('}').unwrap_or(tree.len());
-        let inside = if close > open {
-            &tree[open + 1..close]
-        } else {
-            inside
-        };
-        let branches = split_commas(inside)
-            .into_iter()
-            .flat_map(|branch| expand(&branch));
-        return branches
-            .map(|(name, path)| {
-                let is_self = path == ["self"];
-                let whole = [prefix.clone(), if is_self { Vec::new() } else { path }].concat();
-                let name = if is_self {
-                    prefix.last().cloned().unwrap_or_default()
-                } else {
-                    name
-                };
-                (name, whole)
-            })
-            .collect();
-    }
-    let (path, name) = match tree.split_once(" as ") {
-        Some((path, name)) => (parts(path), name.trim().to_string()),
-        None => (
-            parts(tree),
-            tree.rsplit("::")
-                .next()
-                .unwrap_or_default()
-                .trim()
-                .to_string(),
-        ),
-    };
-    if path.is_empty() {
-        Vec::new()
-    } else {
-        vec![(name, path)]
-    }
-}
-
-fn parts(path: &str) -> Vec<String> {
-    let parts = path.split("::").map(|part| part.trim().to_string());
-    parts.filter(|part| !part.is_empty()).collect()
-}
-
-/// At commas outside of braces.
-fn split_commas(text: &str) -> Vec<String> {
-    let mut found = vec![String::new()];
-    let mut depth = 0_usize;
-    for c in text.chars() {
-        match c {
-            '{' => depth += 1,
-            '}' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        if c == ',' && depth == 0 {
-            found.push(String::new());
-        } else if let Some(last) = found.last_mut() {
-            last.push(c);
-        }
-    }
-    found
-}
-
-/// All identifiers but the names of declared modules.
-fn words(body: &str) -> BTreeSet<String> {
-    let is_outside = |c: char| !c.is_alphanumeric() && c != '_';
-    body.lines()
-        .filter(|line| !(line.contains("mod ") && line.ends_with(';')))
-        .flat_map(|line| line.split(is_outside))
-        .map(String::from)
-        .collect()
-}
-
-/// Paths in the code that begin in this crate: at `crate`, `self`, `super` or a child module.
-fn paths(body: &str, children: &BTreeSet<String>) -> Vec<Vec<String>> {
-    let is_in_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
-    let candidates = body
-        .split(|c: char| !is_in_path(c))
-        .filter(|word| word.contains("::"));
-    candidates
-        .filter(|word| !word.starts_with("::"))
-        .map(parts)
-        .filter(|path| {
-            let first = path[0].as_str();
-            ["crate", "self", "super"].contains(&first) || children.contains(first)
-        })
-        .collect()
 }

@@ -31,6 +31,10 @@ fn residual_hits(object: &str) {
     );
     println!("{object}, held out: sysid {sysid:.4} m, with residual {residual:.4} m");
     assert!(sysid < mean(&evaluation, "nominal"));
+    // What the demo hides leaves identification centimetres, and repeats millimetres.
+    let floor = evaluation["noise_floor"]["mean"].as_f64().expect("a floor");
+    assert!((0.03..0.10).contains(&sysid), "{object}: {sysid} m");
+    assert!((0.003..0.008).contains(&floor), "{object}: {floor} m");
     assert!(
         residual < 0.18 * sysid,
         "{object}: {residual} of {sysid} m left on held-out strikes"

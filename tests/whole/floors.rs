@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// From top to bottom.
 const FLOORS: [&str; 4] = ["pipeline", "stages", "artifacts", "datasets"];
 
 #[test]

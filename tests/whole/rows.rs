@@ -4,7 +4,7 @@ use judge::{Model, Path, Solve};
 use stage::{ItemStage, Progress};
 use values::{Command, Conditions, Point, Rig, Shape};
 use world::SolveStatus::{Diverged, Solved, Unreachable};
-use world::{AddedEffect, Estimate, World};
+use world::{AddedEffect, World};
 
 /// A dome on whose side nothing comes to rest: MuJoCo's simulations of those rows diverge.
 #[test]
@@ -12,12 +12,8 @@ fn a_path_on_which_nothing_rests_is_a_row_and_the_others_are_solved() {
     let rig = Rig::demo(Shape::Cylinder);
     let mut world = World::nominal(&rig).with("friction", 0.25);
     let parameters = [("curvature", -0.3), ("center_x", 0.25), ("center_y", 0.0)];
-    world.effects.push(AddedEffect {
-        name: "table_bowl".into(),
-        parameters: parameters
-            .map(|(name, value)| (name.to_string(), Estimate::fixed(value)))
-            .into(),
-    });
+    let dome = AddedEffect::fixed("table_bowl", &parameters);
+    world.effects.push(dome);
     // Near its middle, beyond all reach, and on its side.
     let paths = [(0.25, 0.15), (0.25, 80.0), (1.25, 0.15), (0.25, 0.2)].map(|(x, length)| Path {
         strike_id: x.to_string(),

@@ -22,7 +22,6 @@ pub struct Artifact {
 }
 
 impl From<Artifact> for Contents {
-    /// What a version was published from.
     fn from(artifact: Artifact) -> Self {
         Self {
             rig: artifact.rig,

@@ -67,7 +67,6 @@ impl Store {
         Ok(version)
     }
 
-    /// The version that has these contents, written where there is none.
     fn write_version(&self, contents: &Contents) -> Result<String, ArtifactError> {
         self.check_key()?;
         durable::sweep(&self.versions())?;

@@ -109,7 +109,6 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// The error of this version.
     pub(crate) fn of(self, version: &str) -> ArtifactError {
         match self {
             Self::Io(error) => error.into(),

@@ -49,9 +49,7 @@ pub(crate) fn models(sysid: &Calibrated, effect: Option<&Calibrated>) -> Vec<Mod
     Model::ALL.into_iter().filter(has).collect()
 }
 
-/// The manifest.
 pub(crate) const MANIFEST: &str = "manifest.json";
-/// The rig.
 pub(crate) const RIG: &str = "rig.toml";
 /// The world to use: the effect's where there is one, else sysid's.
 pub(crate) const MAIN: [&str; 2] = ["world.toml", "residual.safetensors"];

@@ -71,7 +71,6 @@ pub(crate) fn manifest(dir: &Path, version: &str) -> Result<Manifest, ArtifactEr
     parse(&manifest_bytes(dir, version)?).map_err(|fault| fault.of(version))
 }
 
-/// The manifest as it lies there.
 pub(crate) fn manifest_bytes(dir: &Path, version: &str) -> Result<Vec<u8>, ArtifactError> {
     let path = dir.join(MANIFEST);
     let bytes = match read(&path, LONGEST_MANIFEST) {
@@ -110,7 +109,6 @@ fn parse(bytes: &[u8]) -> Result<Manifest, Fault> {
     }
 }
 
-/// Reads at most one byte more than `most`.
 fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
@@ -225,7 +223,6 @@ fn rig(files: &Files, manifest: &Manifest) -> Result<Rig, Fault> {
     }
 }
 
-/// A world, and its residual where the version lists one.
 fn calibrated(files: &Files, [world, residual]: [&str; 2]) -> Result<Calibrated, Fault> {
     let parsed = text(files, world)
         .and_then(|text| World::parse(text).map_err(|error| format!("failed to {error}")))

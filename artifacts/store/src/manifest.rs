@@ -198,7 +198,6 @@ impl TrainedRegion {
             .any(|bearing| self.bearing.contains(bearing))
     }
 
-    /// Each bound with its name.
     pub(crate) fn bounds(&self) -> impl Iterator<Item = (&'static str, Interval)> {
         [
             ("trained_region.distance", Some(self.distance)),

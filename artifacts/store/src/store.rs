@@ -127,7 +127,6 @@ impl Store {
         Err(ArtifactError::NoVersion { version, known })
     }
 
-    /// Numbers of all versions, in order.
     pub(crate) fn numbers(&self) -> Result<Vec<u64>, ArtifactError> {
         let dir = self.versions();
         let failed = |source| ArtifactError::from(durable::Error::new("list", &dir, source));

@@ -1,6 +1,5 @@
 //! Names of versions: `v` and a number of at least four digits.
 
-/// The name of the version with this number.
 pub(crate) fn name(number: u64) -> String {
     format!("v{number:04}")
 }

@@ -54,7 +54,6 @@ impl Trial {
     }
 }
 
-/// How the corrections ended.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Ending {
     Solved,
@@ -66,7 +65,6 @@ pub(crate) enum Ending {
     Open,
 }
 
-/// A search under way.
 pub(crate) struct Search<'a> {
     /// The path in m that a command leads along; none where the object does not come to rest.
     lead: &'a mut dyn FnMut(Command) -> Option<Point>,
@@ -75,9 +73,7 @@ pub(crate) struct Search<'a> {
     /// Angles at which the tip meets a face of a box, around the path's bearing; none for a round object.
     face: Option<Interval>,
     pub(crate) inverse: Inverse,
-    /// Trials made.
     pub(crate) evaluations: u32,
-    /// The nearest.
     pub(crate) best: Option<Trial>,
 }
 

@@ -19,7 +19,6 @@ const NEARLY: f64 = 3.0;
 /// Miss in m at which the search in planar form ends, and trials that it may take.
 const PLANAR: (f64, u32) = (1e-5, 40);
 
-/// A path to solve.
 #[derive(Clone, Copy)]
 struct Aim<'a> {
     initial: Point,

@@ -12,10 +12,8 @@ pub(crate) const CREEP: f64 = 0.025;
 /// Speed in m/s above which an effect shortens the steps of the slide, so that a place on the table is not stepped over.
 const STROLL: f64 = 0.5;
 
-/// The tip from touch on.
 pub(crate) struct TipMotion {
     profile: Profile,
-    /// Seconds since touch.
     pub(crate) t: f64,
     /// Seconds since touch until it brakes.
     held: f64,

@@ -102,7 +102,6 @@ pub(crate) struct Nearest {
     pub(crate) gap: f64,
     /// From the object's centre to its point next to the tip, in m.
     pub(crate) arm: Point,
-    /// Unit vector from the tip into the object.
     pub(crate) normal: Point,
 }
 

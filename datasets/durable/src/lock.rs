@@ -16,14 +16,10 @@ pub struct Lock {
 
 /// Why a lock was not had. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum LockError {
-    /// Another program holds it.
     #[error("lock {}: another run works in that folder; try again when it has ended", path.display())]
-    Busy {
-        /// The lock's file.
-        path: PathBuf,
-    },
-    /// The lock's file could not be used.
+    Busy { path: PathBuf },
     #[error(transparent)]
     Io(#[from] Error),
 }

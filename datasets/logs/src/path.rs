@@ -19,7 +19,6 @@ pub(crate) enum Leaf {
     Y,
     /// A further number, by its place among those asked for.
     More(usize),
-    /// A text.
     Text,
 }
 
@@ -57,7 +56,6 @@ pub(crate) fn stamp_leaf(member: &str) -> Option<Leaf> {
     }
 }
 
-/// The first name of a path.
 pub(crate) fn first_name(path: &str) -> &str {
     path.split(['.', '[']).next().unwrap_or(path)
 }
@@ -88,7 +86,6 @@ impl FieldTree {
         }
     }
 
-    /// Whether it is wanted as a text alone.
     pub(crate) fn is_text(&self) -> bool {
         self.leaves == [Leaf::Text] && self.fields.is_empty() && self.elements.is_empty()
     }
@@ -153,7 +150,6 @@ fn child<K: PartialEq>(children: &mut Vec<(K, FieldTree)>, key: K) -> &mut Field
     &mut children[at].1
 }
 
-/// A step of a path.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum PathStep {
     Name(String),

@@ -51,19 +51,15 @@ fn options() -> WriteOptions {
 
 /// Why a log could not be written.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum WriteError {
-    /// The file could not be created.
     #[error("create log {path}: {source}; check that its folder exists and can be written to")]
     Create {
-        /// The file.
         path: String,
-        /// What the system said.
         source: std::io::Error,
     },
-    /// A record could not be written.
     #[error("write to the log: {0}; check the space left on its disk")]
     Mcap(#[from] mcap::McapError),
-    /// The buffered rest could not be written.
     #[error("flush the log: {0}; check the space left on its disk")]
     Flush(#[from] std::io::Error),
 }
@@ -191,7 +187,6 @@ impl<W: Write + Seek> RecordingWriter<W> {
         received.try_for_each(|message| self.put(message))
     }
 
-    /// Appends a message as it was received.
     fn put(&mut self, message: &Received) -> Result<(), WriteError> {
         let from = &message.channel;
         let (channel_id, sequence) = match self.received.get(&from.id) {

@@ -6,11 +6,8 @@ use jpeg_encoder::{ChromaSubsamplingMethod, ColorType, Encoder, SamplingFactor};
 #[derive(Debug, thiserror::Error)]
 #[error("encode a picture of {width} × {height} pixels: {why}")]
 pub struct EncodeError {
-    /// Its width.
     width: usize,
-    /// Its height.
     height: usize,
-    /// What was wrong.
     why: String,
 }
 

@@ -31,7 +31,6 @@ impl Scene {
         even.max(0.05) * (1.0 - shade)
     }
 
-    /// Light from the bare table.
     pub(crate) fn table_light(&self, [x, y]: [f64; 2], middle: [f64; 2]) -> [f64; 3] {
         let pattern = (90.0 * x + 4.0 * (23.0 * y).sin()).sin() * (31.0 * x - 57.0 * y).cos();
         let lit = self.lit([x, y], middle) * (1.0 + self.grain * pattern);

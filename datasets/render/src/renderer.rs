@@ -38,9 +38,7 @@ pub struct Rendering {
 #[derive(Clone, Copy, Debug)]
 enum Met {
     Table,
-    /// A cover, by its number.
     Cover(usize),
-    /// An object, by its number, and where.
     Object {
         index: usize,
         object: Moment,
@@ -92,7 +90,6 @@ impl Renderer {
         renderer
     }
 
-    /// Renders the bare table.
     fn lay_table(&mut self) {
         let (width, height) = (self.optics.width, self.optics.height);
         let mut bare = Vec::with_capacity(3 * width * height);
@@ -233,7 +230,6 @@ impl Renderer {
         (light, object)
     }
 
-    /// What a ray meets first.
     fn meet(&self, ray: [f64; 3], moment: Moment) -> Met {
         let origin = self.optics.position;
         if let Some(cover) = self.scene.covered(origin, ray) {
@@ -312,12 +308,10 @@ impl Renderer {
     }
 }
 
-/// Whether a region (left, top, right, bottom) has a pixel.
 fn holds([left, top, right, bottom]: &[usize; 4], [column, row]: [usize; 2]) -> bool {
     (*left..*right).contains(&column) && (*top..*bottom).contains(&row)
 }
 
-/// The place at a share of the way.
 fn between(moments: &[Moment], share: f64) -> Moment {
     let at = share.clamp(0.0, 1.0) * (moments.len() - 1) as f64;
     let index = (at as usize).min(moments.len() - 2);

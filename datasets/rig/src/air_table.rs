@@ -45,7 +45,6 @@ const CAMERA: f64 = 120.0;
 const STATE: f64 = 250.0;
 /// Standard deviations of what is logged: centroids and places in m, velocities in m/s.
 const NOISE: (f64, f64, f64) = (0.0005, 0.0001, 0.005);
-/// Share of frames that are lost.
 const LOST: f64 = 0.01;
 const ORIGIN: u64 = 1_700_000_000_000_000_000;
 

@@ -33,7 +33,6 @@ pub(crate) struct Body {
     pub elements: Vec<Element>,
     /// Mean square distance of the elements from the centre, in m².
     pub spread: f64,
-    /// Whether it is a ball, which rolls.
     pub ball: bool,
 }
 

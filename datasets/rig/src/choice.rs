@@ -14,11 +14,10 @@ pub struct SimChoice {
 
 /// A name that is no embedded rig's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum NotSim {
-    /// Another name.
     #[error("the embedded rig is `sim`, or `sim:FOLDER` with the folder of a truth.json")]
     Name,
-    /// `sim:` without its folder.
     #[error("`sim:` needs a folder with a truth.json after the colon; or leave the colon out")]
     NoFolder,
 }

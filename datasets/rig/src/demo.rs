@@ -8,7 +8,6 @@ use crate::film::Film;
 use crate::random::{Purpose, random};
 use crate::{Hidden, PlannedStrike, RecordingWriter, RigSimError, Sim, StrikeIndex, Truth, plan};
 
-/// Strikes in a session at the most.
 const STRIKES_A_SESSION: usize = 50;
 /// Sessions that a demo is split into, where each keeps enough strikes: effects that differ by session need several.
 const SESSIONS: usize = 4;

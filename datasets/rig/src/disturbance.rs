@@ -12,12 +12,10 @@ use crate::random::{Purpose, random};
 /// From when to when most objects slide, in s from the start of a recording: where lost frames matter.
 const SLIDING: (f64, f64) = (0.6, 1.6);
 
-/// The noise of one strike.
 #[derive(Clone, Debug)]
 pub(crate) struct Disturbance {
     levels: Levels,
     random: ChaCha8Rng,
-    /// Factor on friction.
     pub friction: f64,
     /// How the object was put down, in rad.
     pub yaw: f64,

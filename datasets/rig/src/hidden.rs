@@ -28,7 +28,7 @@ impl Hidden {
     /// rises as the object slows; a table that leans. A weak patch depends on the place, as real tables do, and is the part
     /// that the residual cannot learn. Each is of a size that real tables show. Together they leave a fitted friction and
     /// launch factor a mean stop error of 5 to 9 cm (the paper: 9.12 cm), while repeats scatter by about 4 mm;
-    /// `tests/mixture.rs` measures both.
+    /// `tests/whole/end_to_end.rs` measures both.
     pub fn demo() -> Self {
         Self(vec![
             Effect::StrikerSpeedError(StrikerSpeedError {

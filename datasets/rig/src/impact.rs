@@ -10,7 +10,6 @@ use crate::body::{Body, Outline};
 /// Spin below this (rad/s) is rounding.
 const NO_SPIN: f64 = 1e-9;
 
-/// How the tip meets the object.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tip {
     /// Radius in m.

@@ -16,13 +16,11 @@ pub(crate) struct Motion {
     step: f64,
     moments: Vec<Moment>,
     stop: Point,
-    /// As it began.
     yaw: f64,
     rest_time: f64,
 }
 
 impl Motion {
-    /// Nothing moved.
     pub(crate) fn still(at: Point, yaw: f64) -> Self {
         Self {
             step: 1.0,
@@ -33,7 +31,6 @@ impl Motion {
         }
     }
 
-    /// Starts with the moment of the impact.
     pub(crate) fn new(step: f64, first: Moment) -> Self {
         Self {
             step,
@@ -61,7 +58,6 @@ impl Motion {
         self.stop
     }
 
-    /// Seconds from the impact to rest.
     pub(crate) fn rest_time(&self) -> f64 {
         self.rest_time
     }

@@ -134,7 +134,6 @@ fn stays(prepared: &PreparedRig, strike: &PlannedStrike, index: StrikeIndex) -> 
             .all(|at| inside(at) && inside(truth.see(at, index)))
 }
 
-/// Whether a planned strike can be made at all.
 pub(crate) fn check(
     prepared: &PreparedRig,
     index: usize,

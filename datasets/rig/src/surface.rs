@@ -43,7 +43,6 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// This surface with fences on it.
     pub(crate) fn with_fences(self, fences: &'a [FenceTruth]) -> Self {
         Self { fences, ..self }
     }

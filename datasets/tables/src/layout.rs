@@ -21,7 +21,6 @@ pub(crate) struct Table<const N: usize> {
     pub columns: [Column; N],
 }
 
-/// One column.
 pub(crate) struct Column {
     name: &'static str,
     kind: Kind,
@@ -38,7 +37,6 @@ pub(crate) enum Kind {
     Text,
 }
 
-/// A column of numbers with a unit.
 pub(crate) const fn real(name: &'static str, unit: &'static str) -> Column {
     Column {
         name,
@@ -48,7 +46,6 @@ pub(crate) const fn real(name: &'static str, unit: &'static str) -> Column {
     }
 }
 
-/// A column of counts or indices.
 pub(crate) const fn count(name: &'static str) -> Column {
     Column {
         name,
@@ -58,7 +55,6 @@ pub(crate) const fn count(name: &'static str) -> Column {
     }
 }
 
-/// A column of text.
 pub(crate) const fn text(name: &'static str) -> Column {
     Column {
         name,

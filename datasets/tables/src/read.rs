@@ -31,7 +31,6 @@ pub(crate) struct Batch {
     batch: RecordBatch,
 }
 
-/// Opens a table of a folder.
 pub(crate) fn read<const N: usize>(dir: &Path, table: &Table<N>) -> Result<Batches, TableError> {
     let path = table.path(dir);
     let damaged = |why: String| TableError::Damaged {
@@ -85,7 +84,6 @@ pub(crate) fn read<const N: usize>(dir: &Path, table: &Table<N>) -> Result<Batch
     })
 }
 
-/// All batches of a table, with its schema.
 pub(crate) fn read_whole<const N: usize>(
     dir: &Path,
     table: &Table<N>,

@@ -255,13 +255,11 @@ fn stop(batch: &Batch, row: usize) -> Result<Point, TableError> {
     }
 }
 
-/// The `end` of a row.
 fn end(batch: &Batch, row: usize) -> Result<End, TableError> {
     let name = batch.text("end").value(row);
     End::from_name(name).ok_or_else(|| batch.wrong(row, format!("there is no end `{name}`")))
 }
 
-/// What the arm delivered, where all of it stands there.
 fn delivered(batch: &Batch, row: usize) -> Option<Delivered> {
     let real = |name| batch.real_or_null(name, row);
     Some(Delivered {
@@ -272,7 +270,6 @@ fn delivered(batch: &Batch, row: usize) -> Option<Delivered> {
     })
 }
 
-/// The `split` of a row.
 pub(crate) fn split(batch: &Batch, row: usize) -> Result<Split, TableError> {
     let name = batch.text("split").value(row);
     Split::from_name(name).ok_or_else(|| batch.wrong(row, format!("there is no split `{name}`")))

@@ -15,7 +15,6 @@ use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
 use crate::TableError;
 use crate::layout::{Column, GROUP_ROWS, Kind, SCHEMA_VERSION, Table, VERSION_KEY};
 
-/// One value of a row.
 pub(crate) enum Cell<'a> {
     Real(f64),
     Count(u32),
@@ -86,7 +85,6 @@ impl<'a, const N: usize> Rows<'a, N> {
         }
     }
 
-    /// Adds a row.
     pub fn push(&mut self, row: &[Cell<'_>; N]) -> Result<(), TableError> {
         for (column, cell) in self.group.iter_mut().zip(row) {
             column.push(cell);

@@ -214,7 +214,6 @@ impl Strike {
 
     /// Whether stops can be learnt and aimed at: so many strikes came to rest that these are no chance.
     pub fn many_rest(strikes: &[Self]) -> bool {
-        /// One in so many.
         const ONE_IN: usize = 4;
         let rest = strikes.iter().filter(|strike| strike.has_stop()).count();
         rest > 0 && ONE_IN * rest >= strikes.len()

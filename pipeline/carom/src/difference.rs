@@ -25,14 +25,12 @@ pub struct Change<T> {
     pub name: String,
     /// In the first version.
     pub before: Option<T>,
-    /// In the second.
     pub after: Option<T>,
 }
 
 /// A parameter before and after.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct Moved {
-    /// The values.
     #[serde(flatten)]
     pub change: Change<Estimate>,
     /// Whether each value lies outside the other's 95 % interval: more than what two fits of one table differ by, as a rule. None
@@ -58,7 +56,6 @@ pub struct WorldDifference {
 /// How the commands of two versions differ, on targets that both were trained around.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct Commands {
-    /// Targets.
     pub targets: usize,
     /// Targets that the first refuses.
     pub refused_before: usize,
@@ -85,7 +82,6 @@ pub struct Difference {
     pub logs_added: Vec<String>,
     /// Logs that the first alone was computed from.
     pub logs_removed: Vec<String>,
-    /// The identified worlds.
     pub sysid: WorldDifference,
     /// The worlds with effects, or that world beside the plain one where one version alone has effects.
     pub effect: WorldDifference,

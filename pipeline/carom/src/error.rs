@@ -12,17 +12,14 @@ pub type Source = Box<dyn StdError + Send + Sync>;
 
 /// Why a command did not do what it was asked. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum Error {
-    /// What was given cannot be worked with; the text says where and how to mend it.
     #[error(transparent)]
     Input(Source),
-    /// Another run works in the folder.
     #[error(transparent)]
     Busy(Source),
-    /// A gate or a safety limit said no.
     #[error("{0}")]
     Refused(String),
-    /// The work itself failed.
     #[error(transparent)]
     Failed(Source),
 }
@@ -123,7 +120,6 @@ impl Output {
     }
 }
 
-/// A result for machines.
 pub fn to_json<T: serde::Serialize>(value: &T) -> Result<Value, Error> {
     serde_json::to_value(value).map_err(Error::failed)
 }

@@ -25,9 +25,7 @@ const NEAR_PLAIN: f64 = 1.25;
 /// What the gate found. Stop errors are means in m over the strikes that every model predicts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FirstVersion {
-    /// Whether it passes.
     pub passed: bool,
-    /// Strikes in all.
     pub strikes: usize,
     /// Strikes that judge: those that fitted nothing; where they are fewer than eight, those of [`Split::Validation`], too, which identification
     /// did not look at, and effects did.
@@ -38,7 +36,6 @@ pub struct FirstVersion {
     pub error: Option<f64>,
     /// That of the plainest prediction from the strikes that learn: the mean displacement by speed and angle.
     pub plain: Option<f64>,
-    /// That of the nominal world.
     pub nominal: Option<f64>,
     /// What repeats of one command scatter by.
     pub floor: Option<f64>,
@@ -150,7 +147,6 @@ impl FirstVersion {
         doubts
     }
 
-    /// For a person.
     pub fn sentences(&self) -> Vec<String> {
         let doubts = self.doubts();
         if !doubts.is_empty() {

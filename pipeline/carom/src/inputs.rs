@@ -16,7 +16,6 @@ const FILE: &str = "inputs.json";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Inputs {
-    /// The rig.
     pub rig: Rig,
     /// Files and folders as they were named, with their whole paths: where new logs are looked for.
     #[serde(default)]

@@ -18,7 +18,6 @@ pub fn noise(rig: &Rig, worlds: &Worlds) -> Noise {
     }
 }
 
-/// From the identified scatter.
 pub fn identified(rig: &Rig, world: &World) -> Noise {
     Noise::of(&world.scatter, rig.camera.rate * REST)
 }

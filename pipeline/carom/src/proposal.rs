@@ -285,7 +285,6 @@ fn topics(log: &Path) -> Result<Vec<Shown>, Error> {
     Ok(shown.collect())
 }
 
-/// Paths of x and y.
 type Paths = [String; 2];
 
 /// Where a topic's messages may keep a place and a velocity, the likeliest first.

@@ -28,7 +28,6 @@ pub struct Read {
     pub logs: Vec<LogFile>,
     /// Of each of these that was made from images, the log with the images.
     pub images: BTreeMap<PathBuf, PathBuf>,
-    /// The others.
     pub left_out: Vec<LeftOut>,
     /// Names of logs that are cut off or damaged.
     pub damaged: Vec<String>,
@@ -212,7 +211,6 @@ fn slides(seen: &[LogSeen]) -> Vec<Strike> {
     slides
 }
 
-/// Each log with its rejects.
 fn log_reads<'a>(seen: &'a [LogSeen], rejects: &'a [Reject]) -> Vec<LogRead<'a>> {
     let read = |log: &'a LogSeen| LogRead {
         name: &log.name,

@@ -26,9 +26,7 @@ pub struct Results {
 
 /// What strikes say of the world that they were made in.
 pub struct Worlds {
-    /// How it was identified.
     pub fit: Fit,
-    /// The identified world.
     pub sysid: WorldResults,
     /// What simulation and strikes disagree in, or why there is no diagnosis; none where none was asked for.
     pub diagnosis: Option<Result<Diagnosed, String>>,
@@ -45,7 +43,6 @@ pub struct Worlds {
 /// A world, and what was learnt on top of it.
 #[derive(Clone, Debug)]
 pub struct WorldResults {
-    /// The world.
     pub world: World,
     /// What each strike's path needs in it; none where nothing was solved.
     pub solved: Option<SolvedWorld>,
@@ -82,9 +79,7 @@ impl CurvePoint {
     }
 }
 
-/// A version to be published.
 pub struct NewVersion {
-    /// What it holds.
     pub contents: Contents,
     /// The gate that it passes where no version is in use.
     pub gate: FirstVersion,
@@ -169,7 +164,6 @@ impl Worlds {
         effect.unwrap_or((Model::Sysid, &self.sysid))
     }
 
-    /// The diagnosis, where there is one.
     pub fn found(&self) -> Option<&Diagnosed> {
         self.diagnosis.as_ref()?.as_ref().ok()
     }
@@ -217,7 +211,6 @@ impl Results {
             .collect()
     }
 
-    /// The diagnosis, where there is one.
     pub fn found(&self) -> Option<&Diagnosed> {
         self.worlds.as_ref()?.found()
     }

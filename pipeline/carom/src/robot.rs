@@ -14,7 +14,6 @@ use world::{Scatter, Shift, Simulator};
 
 use crate::Error;
 
-/// What strikes in a trial.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrialRobot {
     /// The embedded rig.
@@ -104,7 +103,6 @@ impl Opened {
 /// A table with an arm, at a strike of a session.
 #[derive(Clone)]
 pub enum Table {
-    /// The embedded rig.
     Rig(Box<Sim>),
     /// A version's own world.
     World(OwnWorld),

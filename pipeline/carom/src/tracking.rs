@@ -129,7 +129,6 @@ fn key(rig: &Rig, sha256: &str) -> String {
     durable::sha256(what.to_string().as_bytes())[..16].to_owned()
 }
 
-/// What was made before.
 fn kept(folder: &Path, log: &Path, to: &ToTrack) -> Option<Made> {
     let folder = folder.join(&to.key);
     let path = folder.join(name(log));

@@ -25,23 +25,12 @@ pub struct Config {
 
 /// A configuration that cannot be used. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum ConfigError {
-    /// It cannot be read.
     #[error("read the configuration {}: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// It says what is not known.
+    Unreadable { path: PathBuf, source: io::Error },
     #[error("read the configuration {}: {why}; it may hold `key`, `rig` and `seen`", path.display())]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        why: String,
-    },
+    Malformed { path: PathBuf, why: String },
 }
 
 impl Config {

@@ -16,7 +16,6 @@ const PUT_BACK: f64 = 0.02;
 /// Where the last strike left the object: there it must not be struck, for nobody has put it anywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum LastStop {
-    /// It was not struck.
     None,
     /// There, in m.
     At(Point),
@@ -125,12 +124,10 @@ impl Memory {
         self.left = left;
     }
 
-    /// The last stop.
     pub(crate) fn stop(&self) -> LastStop {
         self.stop
     }
 
-    /// The file.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }

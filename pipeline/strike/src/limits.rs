@@ -19,7 +19,6 @@ const SAMPLES: f64 = 1e3;
 /// A box may stand turned so far, in rad: fifteen degrees, over which the world is tested to strike it as a rigid body is struck.
 const MOST_TURN: f64 = 0.26;
 
-/// A limit that would be broken.
 pub(crate) type BrokenLimit = (Reason, String);
 
 /// A point is of numbers, and an object that rests there lies on the table with all of its footprint.

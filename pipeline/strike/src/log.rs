@@ -19,28 +19,19 @@ pub enum Destination {
 
 /// Why a log was not written. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum LogError {
-    /// The file is there already.
     #[error("log to {}: the file is there already and logs are never overwritten; give another --log", .0.display())]
     Exists(PathBuf),
-    /// The system refused a step.
     #[error("{0}; give a folder that can be written to: --log of strike, --out of collect")]
     File(#[from] durable::Error),
-    /// The log of a strike lies where it was to, at a second attempt.
     #[error(
         "write the log at once: its folder was taken away, or full, and it was written there at a second attempt; leave the folder as it is \
          while carom works in it, and call again"
     )]
     Again,
-    /// The log of a strike that was made does not fit anywhere.
     #[error("{why}; what could be written of it is in {}, a log that is cut off", path.display())]
-    CutOff {
-        /// Where its beginning lies.
-        path: PathBuf,
-        /// Why not all of it.
-        why: Box<LogError>,
-    },
-    /// The content could not be written.
+    CutOff { path: PathBuf, why: Box<LogError> },
     #[error(transparent)]
     Content(#[from] WriteError),
 }
@@ -179,7 +170,6 @@ fn write_what_fits(
     (written > 0).then_some(path)
 }
 
-/// The whole content of a log.
 fn fill(
     file: impl Write + Seek,
     (samples, received, lineage): (&Samples, &[Received], &Lineage),
@@ -343,25 +333,6 @@ mod tests {
         assert_ne!(name(one), name(two));
         let left: Vec<_> = fs::read_dir(dir.path()).expect("folder").collect();
         assert_eq!(left.len(), 2, "nothing is left aside");
-    }
-
-    #[test]
-    fn a_strike_whose_name_was_taken_meanwhile_is_kept_under_the_next() {
-        let dir = tempfile::tempdir().expect("folder");
-        let path = dir.path().join("log.mcap");
-        let late = OpenLog::open(Destination::File(path.clone())).expect("opens");
-        fs::write(&path, "mine").expect("writes");
-        assert!(matches!(
-            OpenLog::open(Destination::File(path.clone())),
-            Err(LogError::Exists(_))
-        ));
-        let kept = late
-            .write(&Samples::default(), &Topics::default())
-            .expect("kept");
-        assert_eq!(kept.path, dir.path().join("log_2.mcap"));
-        assert!(matches!(kept.moved, Some(LogError::Exists(_))));
-        assert_eq!(fs::read(&path).expect("is there"), b"mine");
-        assert!(fs::metadata(&kept.path).expect("is there").len() > 100);
     }
 
     #[test]

@@ -35,7 +35,6 @@ pub struct Planner {
     residual: Option<Correction>,
     /// The model on tables that differ a little.
     beside: Observer,
-    /// What is known of the table.
     table: Filter,
     /// Whether strikes of the session that is planned in show it.
     is_seen: bool,
@@ -48,7 +47,6 @@ pub struct Planner {
     unaided: Option<StopErrors>,
     /// What it plans in: a session that is not known, after all strikes that the version knows.
     conditions: Conditions,
-    /// How long a plan is good for.
     good_for: Duration,
 }
 

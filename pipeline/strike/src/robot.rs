@@ -55,48 +55,25 @@ pub struct StrikeRecord {
 
 /// Why a robot did not strike. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum RobotError {
-    /// No connection, or one that broke off.
     #[error("reach robot {robot}: {why}")]
-    Connection {
-        /// Its name.
-        robot: String,
-        /// What happened, and how to mend it.
-        why: String,
-    },
-    /// Another program drives it.
+    Connection { robot: String, why: String },
     #[error("drive robot {robot}: another program does; try again when it has ended")]
-    Busy {
-        /// Its name.
-        robot: String,
-    },
-    /// It must not strike in the state that it is in. Nothing has moved.
+    Busy { robot: String },
     #[error("strike with robot {robot}: {why}; nothing has moved")]
-    NotReady {
-        /// Its name.
-        robot: String,
-        /// What was found, and how to mend it.
-        why: String,
-    },
-    /// The plan does not hold any more. Nothing has moved.
+    NotReady { robot: String, why: String },
     #[error("execute the plan: {0}; nothing has moved")]
     Refused(Refusal),
-    /// It began the motion and did not end it.
     #[error("finish the strike of robot {robot}: {why}")]
     Interrupted {
-        /// Its name.
         robot: String,
-        /// What happened.
         why: String,
-        /// What was recorded until then; none where nothing was.
         samples: Option<Box<Samples>>,
     },
-    /// The motion was not ended, and the arm could not be stopped either.
     #[error("{strike}; then failed to stop the arm: {abort}: press the emergency stop")]
     Runaway {
-        /// Why the strike failed.
         strike: Box<RobotError>,
-        /// Why stopping failed.
         abort: Box<RobotError>,
     },
 }
@@ -131,7 +108,6 @@ pub fn execute(robot: &mut dyn Robot, plan: &Plan) -> Result<Option<StrikeRecord
     })
 }
 
-/// Whether the plan still holds.
 fn holds(plan: &Plan) -> Result<(), RobotError> {
     plan.check_again().map_err(|(refused, detail)| {
         RobotError::Refused(Refusal {

@@ -45,69 +45,44 @@ impl Seen {
 
 /// Why a version is not trusted, or cannot be judged. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum TrustError {
-    /// The version is damaged, not signed, or not by the key.
     #[error(transparent)]
     Artifact(#[from] ArtifactError),
-    /// A newer one was seen.
     #[error(
         "load {version}: it is older than {newest}, which was loaded here before (signature {sequence} after {seen}); to go \
          back, sign it anew with `carom artifacts rollback {version} --key FILE` and copy the store again"
     )]
     Older {
-        /// The version.
         version: String,
-        /// Its count.
         sequence: u64,
-        /// The newest version that was seen.
         newest: String,
-        /// The highest count that was seen.
         seen: u64,
     },
-    /// Another version, or another content, with the count of the newest: two stores sign with one key.
     #[error(
         "load {version}: its signature counts {sequence}, and so did that of another {newest}, which was loaded here before; \
          publish with one key from one store"
     )]
     Twice {
-        /// The version.
         version: String,
-        /// The count of both.
         sequence: u64,
-        /// The version that was seen.
         newest: String,
     },
-    /// The key cannot be used.
     #[error("use the key {}: {why}; give the public key that `carom key new` wrote", path.display())]
-    BadKey {
-        /// Its file.
-        path: PathBuf,
-        /// What is wrong with it.
-        why: String,
-    },
-    /// The newest version seen cannot be read.
+    BadKey { path: PathBuf, why: String },
     #[error(
         "find the newest version seen in {}: {why}; remove the file only if you know that the version to load is the newest",
         path.display()
     )]
-    BadSeen {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        why: String,
-    },
-    /// What was seen cannot be kept.
+    BadSeen { path: PathBuf, why: String },
     #[error(transparent)]
     Unkept(#[from] durable::Error),
-    /// Another executor holds the lock of what was seen.
     #[error("read and keep the newest version seen: {0}")]
     Locked(#[from] LockError),
-    /// A robot that moves was chosen, and no key is configured.
     #[error(
         "use a robot that moves: no key is configured, so that nobody vouches for the artifact; give `--key FILE` or a strike.toml"
     )]
     NoKey,
-    /// A robot that moves was chosen, and its own rig file is not configured.
     #[error(
         "use a robot that moves: its own rig file is not configured, so that nobody says where it may go; give `--rig FILE` or a \
          strike.toml"

@@ -124,7 +124,6 @@ impl Seen {
     }
 }
 
-/// What it tells that the object was not moved.
 const UNMOVED: &str = "the tip passed through where the camera saw the object, and it was not moved: if the tip passed beside it, the rig file \
                        does not say where the arm stands (robot.base, base_yaw, base_height), or the camera's frame is not the table's; if \
                        it passed over it, look at robot.strike_height; if through it, the tracker takes another thing for the object";

@@ -2,42 +2,24 @@
 
 /// Why a run could not begin, or an answer not be kept. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum StageError {
-    /// Another run works in the folder (exit code 75).
     #[error("begin: another run works in {dir}; try again when it has ended")]
-    Busy {
-        /// The folder.
-        dir: String,
-    },
-    /// A file could not be read or written.
+    Busy { dir: String },
     #[error(transparent)]
     Io(#[from] durable::Error),
-    /// Settings, input or output cannot be written as plain data: a mistake in the stage.
     #[error("encode {what} of stage `{stage}`: {why}")]
     Encode {
-        /// The stage.
         stage: &'static str,
-        /// Settings, input or output.
         what: &'static str,
-        /// What the encoder said.
         why: String,
     },
-    /// An output does not read back: a mistake in the stage.
     #[error("read back the output of stage `{stage}`: {why}")]
-    Decode {
-        /// The stage.
-        stage: &'static str,
-        /// What the decoder said.
-        why: String,
-    },
-    /// An item stage gave more or fewer answers than it had items: a mistake in the stage.
+    Decode { stage: &'static str, why: String },
     #[error("match the answers of stage `{stage}` to its items: {answers} for {items}")]
     Rows {
-        /// The stage.
         stage: &'static str,
-        /// Answers given.
         answers: usize,
-        /// Items passed.
         items: usize,
     },
 }

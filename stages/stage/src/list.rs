@@ -147,7 +147,6 @@ pub(crate) fn load<S: ListStage>(place: &Place) -> Result<Cached<S>, StageError>
     })
 }
 
-/// A list that was written in this run.
 pub(crate) fn written<S: ListStage>(place: &Place) -> Result<ListAnswer<S>, StageError> {
     match load::<S>(place)? {
         Cached::List(whole, entries) => Ok((whole, entries)),

@@ -125,7 +125,6 @@ pub(crate) fn write_part(
     })
 }
 
-/// Adds the answers' records.
 fn put(bytes: &mut Vec<u8>, answers: &[CachedAnswer]) {
     for (key, answer) in answers {
         bytes.extend_from_slice(&head(*key, answer));

@@ -482,7 +482,6 @@ impl Run {
     }
 }
 
-/// Computes the answers to one batch.
 fn answer_batch<S: ItemStage>(
     stage: &S,
     shared: &S::Shared,
@@ -500,7 +499,6 @@ fn answer_batch<S: ItemStage>(
     answers.collect()
 }
 
-/// The answers, where there are as many as items.
 fn only<T>(answers: Vec<T>, stage: &'static str, items: usize) -> Result<Vec<T>, StageError> {
     if answers.len() == items {
         return Ok(answers);

@@ -11,7 +11,6 @@ use crate::StageError;
 
 /// Folder, in a run's cache, of what workers need while they work.
 pub(crate) const FOLDER: &str = "work";
-/// Of their logs, in that folder.
 pub(crate) const LOGS: &str = "workers";
 
 /// What a worker did.

@@ -78,7 +78,6 @@ enum Name {
     Tall,
 }
 
-/// What is known of a frame.
 #[derive(Clone, Serialize, Deserialize)]
 struct Frame {
     file: String,

@@ -16,7 +16,6 @@ pub(crate) struct Alignment {
 /// How a background lies in an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Aligned {
-    /// How far it has moved.
     pub(crate) flow: Flow,
     /// How far it has moved since the log began: what is known of the camera is of then.
     pub(crate) moved: Flow,
@@ -36,7 +35,6 @@ impl Aligned {
         }
     }
 
-    /// How it lies near a pixel.
     pub(crate) fn near(&self, pixel: [f64; 2]) -> Alignment {
         Alignment {
             shift: self.flow.at(pixel),

@@ -8,7 +8,6 @@ use crate::colour::{Contrast, Map, Range};
 use crate::flow::Flow;
 use crate::spots::Spots;
 
-/// What is always there.
 #[derive(Clone, Debug)]
 pub(crate) struct Background {
     image: Image,

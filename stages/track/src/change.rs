@@ -18,16 +18,13 @@ pub(crate) struct Change {
 /// What is known of an outline beside its edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Prior {
-    /// Whether the picture turns with the object.
     pub(crate) turns: bool,
     /// How much larger than it is the object is seen (px), and how well that is known (standard deviation, px): blur and sharpening move
     /// all edges alike. Where half of an outline is hidden, this separates its size from its place.
     pub(crate) larger: [f64; 2],
 }
 
-/// Fewest edges.
 const FEWEST_EDGES: usize = 12;
-/// Rounds of weights.
 const ROUNDS: usize = 4;
 /// Rounds where a part is left out: the rest is near.
 const ROUNDS_OF_PART: usize = 2;
@@ -220,7 +217,6 @@ impl BandSums {
 /// A ray and where its edge is, in px.
 type Known<'a> = (&'a Ray, f64);
 
-/// The rays with an edge.
 fn known<'a>(rays: &'a [Ray], found: &'a [Edge]) -> impl Iterator<Item = Known<'a>> {
     let pairs = rays.iter().zip(found);
     pairs.filter_map(|(ray, edge)| Some((ray, (*edge)?)))

@@ -116,7 +116,6 @@ impl Contrast {
         })
     }
 
-    /// Its value for light.
     pub(crate) fn of(&self, light: [f32; 3]) -> f32 {
         self.offset + (0..3).map(|i| self.weights[i] * light[i]).sum::<f32>()
     }
@@ -139,7 +138,6 @@ impl Contrast {
     }
 }
 
-/// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Part {
     pub(crate) left: usize,

@@ -289,7 +289,6 @@ impl Format {
         })
     }
 
-    /// Bytes of a pixel in a row.
     fn bytes(self) -> usize {
         match self {
             Self::Colour(_, bytes) | Self::Mono(_, bytes) | Self::Bayer { bytes, .. } => bytes,

@@ -4,13 +4,11 @@ use std::io::Cursor;
 
 use crate::{Image, Observation};
 
-/// An outline that is trusted, and one that is not.
 const TRUSTED: [u8; 3] = [0, 230, 0];
 const NOT_TRUSTED: [u8; 3] = [255, 160, 0];
 /// Half the length of the cross at the centroid, in px.
 const ARM: f64 = 6.0;
 
-/// The image with what was found drawn in, as JPEG.
 pub(crate) fn drawn(image: &Image, observation: &Observation) -> Option<Vec<u8>> {
     let mut image = image.clone();
     draw_observation(&mut image, observation);

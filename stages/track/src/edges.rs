@@ -13,7 +13,6 @@ use crate::colour::Map;
 use crate::outline::{Outline, distance};
 use crate::table::Table;
 
-/// A ray across the outline.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
     /// Where it crosses the outline, in px.

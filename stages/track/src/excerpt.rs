@@ -77,7 +77,6 @@ pub fn excerpt(log: &Path, topic: Option<&str>, windows: &[Window]) -> Result<Ex
     Ok(taking.finish())
 }
 
-/// A topic of images.
 #[derive(Default)]
 struct Topic {
     /// Of a video, whose images build on one another.

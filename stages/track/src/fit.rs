@@ -43,7 +43,6 @@ pub(crate) struct Fit<'a> {
     pub(crate) deviation: f64,
     /// How bright this image shows the object's side.
     pub(crate) side: SideSums,
-    /// What its edges say of that.
     pub(crate) band: BandSums,
     /// What they say of how it is sheared: by so much of its velocity (m/s) as each row of the image is seen later, in s for all rows.
     pub(crate) shear: PatternSums<2>,
@@ -65,14 +64,12 @@ pub(crate) struct Fit<'a> {
     pub(crate) clear: f64,
 }
 
-/// Why there is no fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NoFit {
     /// The outline leaves the image.
     Border,
     /// Object and table look alike.
     NoContrast,
-    /// Too few edges.
     NoEdges,
 }
 

@@ -8,7 +8,6 @@ pub(crate) struct Flow {
     middle: [f64; 2],
 }
 
-/// Parts of a movement.
 pub(crate) const PARTS: usize = 8;
 
 impl Flow {

@@ -18,9 +18,7 @@ pub(crate) struct TrackedFrame {
     /// Width and height, where it was decoded.
     pub(crate) size: Option<[usize; 2]>,
     pub(crate) observation: Observation,
-    /// How its outline is sheared.
     pub(crate) shear: PatternSums<2>,
-    /// Why it could not be decoded.
     pub(crate) why: Option<String>,
     /// The image with what was found drawn in, as JPEG, where that is wanted.
     pub(crate) drawn: Option<Vec<u8>>,

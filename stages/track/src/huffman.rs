@@ -7,7 +7,6 @@ const LOOKED_UP: u32 = 11;
 const ENTRIES: usize = 1 << LOOKED_UP;
 /// Longest code in bits.
 const LONGEST: usize = 16;
-/// Coefficients of a block.
 pub(crate) const BLOCK: u32 = 64;
 /// Added to the coefficients passed where the end of a block is among the symbols: more than any block has.
 pub(crate) const END: u32 = 128;
@@ -38,7 +37,6 @@ impl Step {
     }
 }
 
-/// One table of codes.
 #[derive(Debug)]
 pub(crate) struct Codes {
     /// How many codes each length has, their symbols in the order of the codes, and for each length the first code beyond it (left-aligned in 16 bits) and what is added to
@@ -91,7 +89,6 @@ impl Codes {
         Some((*self.symbols.get(index)?, length as u32))
     }
 
-    /// Fills the tables of what is looked up.
     fn look_up(&mut self, counts: &[u8; LONGEST]) {
         let mut symbols = self.symbols.iter();
         for (length, count) in (1..=LOOKED_UP).zip(counts) {
@@ -109,7 +106,6 @@ impl Codes {
         }
     }
 
-    /// Whether these are its codes.
     pub(crate) fn is(&self, counts: &[u8; LONGEST], symbols: &[u8]) -> bool {
         self.counts == *counts && self.symbols == symbols
     }

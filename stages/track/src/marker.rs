@@ -39,7 +39,6 @@ const LIKE_IT: std::ops::Range<f64> = 0.7..1.3;
 const LEAST_ALIKE: f64 = 0.5;
 /// White about it that is looked at, in cells.
 const MARGIN: f64 = 0.5;
-/// Pixels that are looked at, at the most.
 const MOST_PIXELS: usize = 4000;
 /// Most cells that may be seen otherwise: dirt, glare.
 const MOST_WRONG: usize = 1;

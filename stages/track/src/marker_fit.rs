@@ -28,7 +28,6 @@ pub(crate) struct MarkerFit {
     pub(crate) explained: f64,
     /// Cells that are seen otherwise than the pattern has them.
     pub(crate) wrong: usize,
-    /// Light of white beyond that of black.
     pub(crate) contrast: f64,
 }
 
@@ -56,7 +55,6 @@ const LEAST_SCATTER: f64 = 0.01;
 const OTHERWISE: f64 = 0.5;
 /// Neighbouring pixels share what noise and compression do to them: so many say what one would say alone.
 const ALIKE: f64 = 1.4;
-/// Fewest pixels.
 const FEWEST: usize = 60;
 
 /// A pixel under the fit: how white, the light that falls there, and where it is from the middle, in sides.

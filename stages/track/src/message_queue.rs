@@ -24,7 +24,6 @@ const MOST_IMAGES: usize = 32;
 pub(crate) struct FrameTracker<'a> {
     tracker: &'a Tracker,
     learned: &'a Learned,
-    /// Whether what was found is drawn.
     is_drawn: bool,
     /// Those that no thread uses now; each keeps its memory from image to image.
     decoders: Mutex<Vec<Decoder>>,
@@ -62,7 +61,6 @@ impl<'a> FrameTracker<'a> {
 
 /// A message that leaves the queue.
 pub(crate) enum Processed {
-    /// One that is no image.
     Message(Received),
     /// An image's log time (ns) and what was found in it.
     Frame(u64, Box<TrackedFrame>),
@@ -74,7 +72,6 @@ enum Queued {
     Image(u64, Receiver<Box<TrackedFrame>>),
 }
 
-/// The queue of one log.
 pub(crate) struct MessageQueue<'s, 'scope> {
     scope: &'s ScopeFifo<'scope>,
     frames: &'scope FrameTracker<'scope>,

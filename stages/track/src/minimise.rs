@@ -2,10 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Where the sum of squares is least.
 #[derive(Clone, Debug)]
 pub(crate) struct LeastSquares {
-    /// The unknowns.
     pub(crate) at: Vec<f64>,
     /// What is left of each equation.
     pub(crate) left: Vec<f64>,
@@ -14,7 +12,6 @@ pub(crate) struct LeastSquares {
 }
 
 impl LeastSquares {
-    /// Sum of the squares that are left.
     pub(crate) fn squares(&self) -> f64 {
         self.left.iter().map(|left| left * left).sum()
     }

@@ -108,7 +108,6 @@ impl Notes {
         self.scales.get(middle).copied()
     }
 
-    /// Each in a sentence.
     pub(crate) fn said(&self, camera: &CameraModel) -> Vec<String> {
         let mut said = Vec::new();
         if self.moved >= FEWEST_MOVED {
@@ -236,7 +235,6 @@ pub struct FrameReport {
     pub reason: Option<Reason>,
 }
 
-/// Its JSON schema.
 pub(crate) const QUALITY_SCHEMA: &str = r#"{"type":"object","properties":{"stamp":{"type":"integer"},"x":{"type":["number","null"]},"y":{"type":["number","null"]},"deviation":{"type":["number","null"]},"yaw":{"type":["number","null"]},"yaw_deviation":{"type":["number","null"]},"shift":{"type":"array","items":{"type":"number"}},"quality":{"type":"number"},"reason":{"type":["string","null"]}}}"#;
 
 #[cfg(test)]

@@ -73,7 +73,6 @@ impl Solid {
 /// A corner of the outline.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
-    /// Pixel.
     pub(crate) at: [f64; 2],
     /// How it moves with x, y (px/m) and yaw (px/rad).
     pub(crate) moves: [[f64; 2]; 3],
@@ -82,13 +81,11 @@ pub(crate) struct Vertex {
 /// What is seen of a solid.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outline {
-    /// Its corners in order around.
     pub(crate) vertices: Vec<Vertex>,
     /// The corners of its upper face; none for a sphere.
     pub(crate) top: Vec<[f64; 2]>,
 }
 
-/// Points of a circle.
 const POINTS: usize = 64;
 
 struct Corner {

@@ -108,7 +108,6 @@ impl Frames {
         }
     }
 
-    /// The readout that fits best.
     fn fit(&self) -> Option<Readout> {
         if self.moving < FEWEST {
             return None;

@@ -48,7 +48,6 @@ pub(crate) fn quaternion(axes: [[f64; 3]; 3]) -> [f64; 4] {
     [x, y, z, w].map(|part| part / length)
 }
 
-/// Length of a vector.
 pub(crate) fn length(v: [f64; 3]) -> f64 {
     dot(v, v).sqrt()
 }

@@ -5,7 +5,6 @@ use nalgebra::{SMatrix, SVector};
 use crate::Image;
 use crate::flow::{Flow, PARTS};
 
-/// The spots of a table, and its brightness.
 #[derive(Clone, Debug)]
 pub(crate) struct Spots {
     all: Vec<Spot>,
@@ -34,7 +33,6 @@ const FEWEST_IN_QUARTER: usize = 10;
 const LEAST_SLOPE: f32 = 0.3;
 /// Px from the border at which no movement is looked for.
 const MARGIN: usize = 12;
-/// Steps of a fit.
 const STEPS: usize = 8;
 /// The step (px) at which a fit ends; the movement up to which a spot's slope holds; the least scatter, of 255.
 const DONE: f64 = 0.03;
@@ -83,7 +81,6 @@ impl Spots {
         self.all.len() >= FEWEST_SPOTS && quarters[1] >= FEWEST_IN_QUARTER
     }
 
-    /// No movement.
     pub(crate) fn still(&self) -> Flow {
         Flow::still(self.size)
     }
@@ -279,7 +276,6 @@ pub(crate) const SHIFT: usize = GAIN + 2;
 pub(crate) const TURNED: usize = SHIFT + 2;
 pub(crate) const ALL: usize = GAIN + PARTS;
 
-/// A movement that was fitted.
 #[derive(Clone, Copy)]
 pub(crate) struct Fitted {
     pub(crate) flow: Flow,
@@ -289,7 +285,6 @@ pub(crate) struct Fitted {
     pub(crate) scatter: f32,
     /// Of the movement where it is known least, in px.
     pub(crate) deviation: f64,
-    /// Spots that were used.
     count: usize,
 }
 
@@ -301,7 +296,6 @@ impl Fitted {
         fall * self.count as f64 > sure * sure
     }
 
-    /// The one that leaves less.
     pub(crate) fn least(self, other: Self) -> Self {
         if other.scatter < self.scatter {
             other

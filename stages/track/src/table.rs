@@ -4,12 +4,10 @@ use crate::Image;
 use crate::aligned::Alignment;
 use crate::background::Background;
 
-/// What the table looks like.
 #[derive(Clone, Copy)]
 pub(crate) struct Table<'a> {
     pub(crate) image: &'a Image,
     pub(crate) light: &'a [f32; 256],
-    /// Its median light around the object.
     pub(crate) median: [f32; 3],
     /// The table without the object, and how it lies in this image.
     pub(crate) background: Option<(&'a Background, Alignment)>,

@@ -55,7 +55,6 @@ pub(crate) struct Looked {
     /// How bright the object's side is seen.
     pub(crate) side: SideSums,
     pub(crate) band: BandSums,
-    /// How its outline is sheared.
     pub(crate) shear: PatternSums<2>,
     /// How much larger than it is the object is seen, in px.
     pub(crate) larger: f64,

@@ -116,7 +116,6 @@ pub(crate) struct Judgement {
     pub(crate) quality: f64,
     /// Standard deviation of a coordinate of the centre, in m.
     pub(crate) deviation: f64,
-    /// Why it is not believed.
     pub(crate) against: Option<Reason>,
 }
 

@@ -145,7 +145,6 @@ fn squares(image: &Image, light: &[f32; 256]) -> Vec<([usize; 2], [f32; 3])> {
     squares
 }
 
-/// The median light of the pixels around one.
 fn around(image: &Image, light: &[f32; 256], [x, y]: [usize; 2]) -> [f32; 3] {
     let mut colours = Vec::new();
     for row in y.saturating_sub(2)..(y + 3).min(image.height) {
@@ -218,7 +217,6 @@ fn hsv([r, g, b]: [u8; 3]) -> [f64; 3] {
     [(60.0 * sixth).rem_euclid(360.0), saturation, high]
 }
 
-/// The range of colours, widened.
 fn range(colours: &[[f64; 3]], grey: bool) -> Colour {
     let ends = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);

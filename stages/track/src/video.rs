@@ -155,7 +155,6 @@ fn wrong(why: impl std::fmt::Display) -> ImageError {
 
 /// From Y'CbCr to R'G'B', in parts of 65536.
 struct Colours {
-    /// Of luma, and the least luma.
     luma: (i32, i32),
     /// Of Cr to red, of Cb and Cr to green, of Cb to blue.
     chroma: [i32; 4],

@@ -17,7 +17,6 @@ const POSE_TOPIC: &str = "/carom/track/object";
 /// A file that gets its name when it is whole.
 pub(crate) type LogFile<'a> = &'a mut BufWriter<Output>;
 
-/// A log for viewers.
 pub(crate) struct View<'a> {
     writer: CopyWriter<LogFile<'a>>,
 }

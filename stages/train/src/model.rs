@@ -106,7 +106,6 @@ impl DenseF64 {
         }
     }
 
-    /// Folds a batch norm that follows.
     fn normalise(&mut self, norm: &BatchNorm) {
         let mean = numbers(norm.running_mean.value_sync());
         let variance = numbers(norm.running_var.value_sync());

@@ -117,9 +117,7 @@ impl LearningSet<'_> {
     }
 }
 
-/// What came of trying networks.
 pub(crate) struct Networked {
-    /// How well they predict.
     pub(crate) score: Score,
     /// All of them; none where the first was worse than what there is.
     pub(crate) candidate: Option<Candidate>,

@@ -13,7 +13,6 @@ pub(crate) struct Scaling<const N: usize> {
 }
 
 impl<const N: usize> Scaling<N> {
-    /// Fitted on these rows.
     pub(crate) fn fit(rows: &[[f64; N]]) -> Self {
         let count = rows.len() as f64;
         let mean = std::array::from_fn(|i| rows.iter().map(|row| row[i]).sum::<f64>() / count);
@@ -32,7 +31,6 @@ impl<const N: usize> Scaling<N> {
         Self { mean, deviation }
     }
 
-    /// A row in units of the deviation.
     pub(crate) fn scale(&self, row: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|i| (row[i] - self.mean[i]) / self.deviation[i])
     }

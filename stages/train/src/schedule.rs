@@ -7,7 +7,6 @@ use crate::Settings;
 pub(crate) enum Verdict {
     /// The best so far: keep these weights.
     Best,
-    /// No improvement: go on.
     Continue,
     /// No improvement for so long that training ends.
     Stop,
@@ -37,7 +36,6 @@ impl Schedule {
         }
     }
 
-    /// The rate for the next epoch.
     pub(crate) fn rate(&self) -> f64 {
         self.rate
     }

@@ -3,7 +3,6 @@
 /// When in a strike a fault is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// From the start.
     Connect,
     /// When the error code is requested.
     Check,
@@ -13,7 +12,6 @@ pub enum Step {
     Line(u32),
 }
 
-/// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// All connections are reset; new ones are taken.
@@ -22,25 +20,19 @@ pub enum Fault {
     Gone,
     /// What is connected stays open, and nothing is read or answered on it; new connections are taken.
     HalfOpen,
-    /// Reports cease.
     Silent,
-    /// Reports are no reports.
     Garbage,
     /// A report ends in its middle, and its connection with it.
     ShortFrame,
     /// Replies to requests come after three seconds.
     SlowReplies,
-    /// Replies are of no protocol.
     GarbageReply,
-    /// The controller finds an error, and stops.
     Error(u8),
-    /// The emergency stop is pressed.
     EmergencyStop,
     /// Another program sets the mode to manual.
     OtherController,
     /// Another program pauses the motion.
     Paused,
-    /// The arm leaves its line.
     OffLine,
     /// A report says that the arm is elsewhere.
     Jump,
@@ -52,7 +44,6 @@ pub enum Fault {
     TooSlow,
     /// The arm comes to rest on its line, and nothing shows why.
     Stuck,
-    /// The state never becomes ready.
     NeverReady,
     /// Reports are 300 ms old, all along.
     Late,
@@ -76,7 +67,6 @@ pub enum Fault {
     Jogged,
     /// Asked for its pose, the controller answers another one.
     WrongPose,
-    /// The tool turns.
     Turned,
     /// The controller finds that a line cannot be moved.
     CannotMove,
@@ -105,7 +95,6 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// All of them.
     pub const ALL: [Self; 43] = [
         Self::Reset,
         Self::Gone,

@@ -32,7 +32,6 @@ pub fn accept(stream: TcpStream) -> Option<WebSocket<TcpStream>> {
 
 /// A server of one topic, until it is dropped.
 pub struct Topic {
-    /// Where it listens.
     pub address: SocketAddr,
     shared: Arc<Shared>,
 }
@@ -94,7 +93,6 @@ impl Topic {
         ));
     }
 
-    /// Sends any message.
     pub fn send(&self, message: &str) {
         self.shared
             .clients()

@@ -2,7 +2,6 @@
 
 use std::io::{self, Read};
 
-/// A request as it came.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// All of its bytes.
@@ -10,7 +9,6 @@ pub struct Request {
 }
 
 impl Request {
-    /// Reads one.
     pub fn read(stream: &mut impl Read) -> io::Result<Self> {
         let mut bytes = vec![0; 6];
         stream.read_exact(&mut bytes)?;
@@ -23,12 +21,10 @@ impl Request {
         Ok(Self { bytes })
     }
 
-    /// Its register.
     pub fn register(&self) -> u8 {
         self.bytes[6]
     }
 
-    /// The content.
     pub fn payload(&self) -> &[u8] {
         &self.bytes[7..]
     }
@@ -41,7 +37,6 @@ impl Request {
             .map_or(f64::NAN, |four| f64::from(f32::from_le_bytes(four)))
     }
 
-    /// The reply with this status and content.
     pub fn reply(&self, status: u8, content: &[u8]) -> Vec<u8> {
         let mut bytes = self.bytes[..4].to_vec();
         bytes.extend((content.len() as u16 + 2).to_be_bytes());
@@ -51,18 +46,14 @@ impl Request {
     }
 }
 
-/// What a report holds.
 #[derive(Clone, Copy, Debug)]
 pub struct Reported {
     /// In µs.
     pub clock: u64,
     /// 1 in motion, 2 ready, 3 paused, 4 stopped.
     pub state: u8,
-    /// Mode of control.
     pub mode: u8,
-    /// Requests that wait.
     pub waiting: u16,
-    /// Whether motors are enabled.
     pub enabled: bool,
     /// Those that are not, even then: a bit each.
     pub off: u8,
@@ -78,7 +69,6 @@ pub struct Reported {
     pub tool_offset: [f64; 6],
     /// kg.
     pub payload: f64,
-    /// Sensitivity of the detection of collisions.
     pub sensitivity: u8,
     /// Gravity in the base's frame.
     pub gravity: [f64; 3],
@@ -90,9 +80,7 @@ pub struct Reported {
     pub modes: [bool; 3],
     /// x high and low, y high and low, z high and low, in mm.
     pub fence: [i16; 6],
-    /// Whether a script runs.
     pub is_running: bool,
-    /// Whether the arm is led by hand.
     pub is_led: bool,
     /// What scripts wrote: an answer, and the last sign of life that they read.
     pub registers: [i32; 2],
@@ -159,7 +147,6 @@ impl Reported {
     }
 }
 
-/// The numbers in a text, in order.
 pub(crate) fn numbers(text: &str) -> Vec<f64> {
     text.split(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | 'e')))
         .filter_map(|word| word.parse().ok())

@@ -5,6 +5,8 @@
 //! Frames and motion are written here anew from the maker's layouts and from the literature, apart from the driver's and the
 //! planner's. An arm may have a [`Table`] before it, whose object it strikes, and a camera that publishes where that object is.
 
+#![expect(missing_docs, reason = "its own tests alone use it")]
+
 mod fault;
 pub mod foxglove;
 mod frames;

@@ -106,7 +106,6 @@ impl Motion {
         (t - 0.5 * later, if later > 0.0 { 0.5 } else { 1.0 })
     }
 
-    /// Seconds that it lasts.
     pub fn duration(&self) -> f64 {
         match self.stopped {
             Some((at, _, speed)) => at + speed / BRAKE,

@@ -18,7 +18,6 @@ use crate::{Fault, Step, ur};
 const REALTIME: Duration = Duration::from_millis(4);
 const ORDINARY: Duration = Duration::from_millis(200);
 
-/// Where to listen.
 #[derive(Clone, Copy, Debug)]
 pub enum Listening {
     /// The maker's ports of an address.
@@ -136,7 +135,6 @@ impl Emulator {
         self.shared.lock().moved_after_stop
     }
 
-    /// State, as reports hold it.
     pub fn state(&self) -> u8 {
         self.shared.lock().reported().state
     }
@@ -151,7 +149,6 @@ impl Emulator {
         self.shared.lock().ramp
     }
 
-    /// Makes a fault now.
     pub fn make(&self, fault: Fault) {
         let mut state = self.shared.lock();
         state.fault = Some((Step::Connect, fault));

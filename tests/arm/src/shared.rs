@@ -48,7 +48,6 @@ pub(crate) fn is_dead(shared: &Shared, since: Instant) -> bool {
 
 /// Whether reports are held, to come all at once.
 pub(crate) fn is_held(shared: &Shared) -> bool {
-    /// For so long.
     const HELD: Duration = Duration::from_millis(300);
     let made = shared.lock().made;
     made.is_some_and(|(at, fault)| fault == Fault::Burst && at.elapsed() < HELD)

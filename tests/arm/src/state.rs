@@ -11,10 +11,8 @@ use crate::motion::Motion;
 use crate::table::Table;
 use crate::{Fault, Step};
 
-/// The arm that is emulated.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// As the controller reports it.
     pub version: String,
     /// Where the tip is at first: mm and rad.
     pub pose: [f64; 6],
@@ -24,7 +22,6 @@ pub struct Model {
     pub payload: f64,
     /// Error and warning code at first.
     pub codes: [u8; 2],
-    /// Sensitivity of the detection of collisions.
     pub sensitivity: u8,
     /// Gravity in the base's frame.
     pub gravity: [f64; 3],
@@ -34,9 +31,7 @@ pub struct Model {
     pub modes: [bool; 3],
     /// x high and low, y high and low, z high and low, in mm.
     pub fence: [i16; 6],
-    /// Whether it was stopped, or just switched on.
     pub is_stopped: bool,
-    /// Whether its motors are enabled at first.
     pub is_enabled: bool,
     /// Whether switching its motors on or off leaves its state: by the maker's protocol that is the same as a stop.
     pub keeps_state: bool,
@@ -100,13 +95,10 @@ const REPLACED: Duration = Duration::from_millis(12);
 const LIFELESS: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
 /// Between two looks at where the tip is before a table.
 const STEP: Duration = Duration::from_millis(1);
-/// Stops that are lost.
 const LOST: u32 = 2;
 
-/// What happened, and when.
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// A request came.
     Request(Request),
     /// A line came that is to be moved, of whatever maker.
     Line,
@@ -114,21 +106,16 @@ pub enum Event {
     Checked(f64, f64),
     /// Signs of life ceased, and the controller stopped by itself.
     Lifeless,
-    /// A stop came.
     Stop,
-    /// An error was cleared.
     Cleared,
-    /// The fault was made.
     Fault,
 }
 
-/// States in reports.
 const MOVING: u8 = 1;
 const READY: u8 = 2;
 const PAUSED: u8 = 3;
 const STOPPED: u8 = 4;
 
-/// A script that runs.
 #[derive(Debug)]
 struct Script {
     begun: Instant,
@@ -147,7 +134,6 @@ fn queued(numbers: &[f64]) -> Option<[f64; 8]> {
     Some([x, y, z, a, b, c, speed, acceleration])
 }
 
-/// The same after its number.
 fn numbered(text: &str) -> Option<(i32, [f64; 8])> {
     let (number, line) = numbers(text)
         .split_first()
@@ -155,7 +141,6 @@ fn numbered(text: &str) -> Option<(i32, [f64; 8])> {
     line.map(|line| (number, line))
 }
 
-/// The controller.
 #[derive(Debug)]
 pub(crate) struct State {
     pub(crate) model: Model,
@@ -171,7 +156,6 @@ pub(crate) struct State {
     queue: VecDeque<[f64; 8]>,
     lines: u32,
     pub(crate) fault: Option<(Step, Fault)>,
-    /// The fault that was made.
     pub(crate) made: Option<(Instant, Fault)>,
     pub(crate) events: Vec<(Instant, Event)>,
     /// Greatest distance (mm) that the tip moved since a stop was requested.
@@ -181,7 +165,6 @@ pub(crate) struct State {
     shown: VecDeque<(Instant, Reported)>,
     frozen: Option<Reported>,
     lost: u32,
-    /// The script that runs.
     script: Option<Script>,
     /// What scripts wrote: an answer, and the last sign of life that they read.
     registers: [i32; 2],
@@ -392,7 +375,6 @@ impl State {
         }
     }
 
-    /// A line of a script is to be moved.
     fn take_line(&mut self, line: [f64; 8]) {
         self.line_came();
         if self.codes[0] == 0 && self.mode == 0 && self.enabled {
@@ -486,7 +468,6 @@ impl State {
         }
     }
 
-    /// What the reports hold now.
     pub(crate) fn reported(&self) -> Reported {
         let (mut pose, mut velocity) = self
             .motion
@@ -645,7 +626,6 @@ impl State {
         request.reply(status, &content)
     }
 
-    /// The pose in the reply to the question for it.
     fn answered_pose(&self) -> [f64; 6] {
         let mut pose = self.reported().pose;
         if self.is_made(Fault::WrongPose) {

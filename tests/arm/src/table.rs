@@ -26,7 +26,6 @@ const IN_HAND: Duration = Duration::from_millis(400);
 const PUT_X: Interval = Interval::new(0.26, 0.40);
 const PUT_Y: Interval = Interval::new(-0.15, 0.15);
 
-/// A table with one object.
 #[derive(Debug)]
 pub struct Table {
     sim: Sim,
@@ -60,7 +59,6 @@ impl Table {
         })
     }
 
-    /// Puts the object somewhere.
     pub fn put(&mut self, at: Point) {
         self.at = at;
         self.struck = None;
@@ -158,7 +156,6 @@ impl Table {
         self.put(next);
     }
 
-    /// Where the hand puts it next.
     fn next(&mut self) -> Point {
         let mut between =
             |ends: Interval| ends.low + (ends.high - ends.low) * self.random.random::<f64>();

@@ -101,7 +101,6 @@ fn package(kind: u8, body: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// RTDE.
 pub(crate) fn rtde(shared: &Shared, mut stream: TcpStream) {
     let since = Instant::now();
     let _ = stream.set_read_timeout(Some(TICK));
@@ -187,7 +186,6 @@ fn signs_of_life(shared: &Shared, mut stream: TcpStream, since: Instant) {
     shared.lock().is_claimed = false;
 }
 
-/// The stream of samples, until it is ended.
 fn samples(
     shared: &Shared,
     mut stream: &TcpStream,
@@ -267,7 +265,6 @@ pub(crate) fn script(shared: &Shared, mut stream: TcpStream) {
     }
 }
 
-/// The dashboard.
 pub(crate) fn dashboard(shared: &Shared, mut stream: TcpStream) {
     let since = Instant::now();
     let _ = stream.set_read_timeout(Some(TICK));

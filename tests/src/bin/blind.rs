@@ -78,12 +78,7 @@ fn hard(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
     all.retain(|case| case.id.contains(&args.only));
     if args.show {
         for case in &all {
-            println!("{}", case.id);
-            match diagnosed_hard(case) {
-                None => println!("the rig cannot make it"),
-                Some((_, Err(error))) => println!("{error}"),
-                Some((_, Ok(done))) => show(&done)?,
-            }
+            show(&case.id, diagnosed_hard(case).map(|(_, found)| found))?;
         }
         return Ok(None);
     }
@@ -111,12 +106,7 @@ fn plain(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
     all.retain(|case| case.id.contains(&args.only));
     if args.show {
         for case in &all {
-            println!("{}", case.id);
-            match diagnosed(case) {
-                None => println!("the rig cannot make it"),
-                Some(Err(error)) => println!("{error}"),
-                Some(Ok(done)) => show(&done)?,
-            }
+            show(&case.id, diagnosed(case))?;
         }
         return Ok(None);
     }
@@ -153,10 +143,17 @@ fn plain(args: &Args, judged: &mut Judged) -> anyhow::Result<Option<String>> {
 }
 
 /// What is hidden, and all that was found.
-fn show(done: &DiagnosedSet) -> anyhow::Result<()> {
-    println!("{}", serde_json::to_string(&done.truth.noise)?);
-    println!("{}", serde_json::to_string(&done.truth.hidden)?);
-    println!("{}", serde_json::to_string_pretty(&done.found.diagnosis)?);
+fn show(id: &str, found: Option<Result<DiagnosedSet, String>>) -> anyhow::Result<()> {
+    println!("{id}");
+    match found {
+        None => println!("the rig cannot make it"),
+        Some(Err(error)) => println!("{error}"),
+        Some(Ok(done)) => {
+            println!("{}", serde_json::to_string(&done.truth.noise)?);
+            println!("{}", serde_json::to_string(&done.truth.hidden)?);
+            println!("{}", serde_json::to_string_pretty(&done.found.diagnosis)?);
+        }
+    }
     Ok(())
 }
 

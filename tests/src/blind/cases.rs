@@ -2,17 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What a set is for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// One effect of the contract.
     Single,
-    /// Two of them.
     Pair,
-    /// Nothing hidden.
     Control,
-    /// An effect that no candidate has.
     Foreign,
 }
 
@@ -23,18 +18,15 @@ impl Case {
     }
 }
 
-/// One set of strikes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Case {
     /// Says all of it; the key by which a run resumes.
     pub id: String,
-    /// What it is for.
     pub kind: Kind,
     /// What is hidden, by name.
     pub hidden: Vec<String>,
     /// Root-mean-square shift of the stops that each effect makes, in units of the rig's noise floor.
     pub magnitude: f64,
-    /// How many strikes.
     pub strikes: usize,
     /// Where everything random comes from.
     pub seed: u64,
@@ -63,7 +55,6 @@ pub const EFFECTS: [&str; 15] = [
     "camera_distortion",
 ];
 
-/// Effects that no candidate has.
 pub const FOREIGN: [&str; 3] = ["air_jet", "sticky_line", "vibration"];
 
 /// Effects that are the same by construction, or nearly so (contract, section 5): a pair of one class is one effect.
@@ -81,7 +72,6 @@ pub const MAGNITUDES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Effects along the slide: those for which a regression on accelerations has a term.
 pub const SLIDING: &[&str] = EFFECTS.split_at(9).0;
 
-/// Numbers of strikes.
 pub const STRIKES: [usize; 2] = [40, 120];
 
 /// Sets, each with a seed of its own: launches and camera scatter anew in each.

@@ -42,7 +42,6 @@ const TOLD_APART: f64 = 5.4;
 /// A set to which strikes were added, both ways.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Separation {
-    /// The set.
     pub id: String,
     /// What stood beside the hidden effect; empty where the first diagnosis left nothing to separate.
     pub pairs: Vec<Pair>,
@@ -51,9 +50,7 @@ pub struct Separation {
 /// How many strikes separated a pair.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Pair {
-    /// What is hidden.
     pub hidden: String,
-    /// What stood beside it.
     pub rival: String,
     /// Strikes that were needed; none where those made were not enough.
     pub chosen: Option<usize>,

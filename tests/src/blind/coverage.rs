@@ -13,14 +13,11 @@ pub struct Covered {
     pub parameter: String,
     /// The rig's value.
     pub truth: f64,
-    /// The interval.
     pub low: f64,
-    /// Its upper end.
     pub high: f64,
 }
 
 impl Covered {
-    /// Whether the interval holds the truth.
     pub fn holds(&self) -> bool {
         self.low <= self.truth && self.truth <= self.high
     }
@@ -80,7 +77,6 @@ const CHANGES_RESTITUTION: &str = "\
     viscoelastic_restitution yielding_restitution restitution_drift restitution_step off_centre_contact
     camera_lean camera_distortion brown_lens";
 
-/// Whether a list holds a name.
 fn lists(list: &str, name: &str) -> bool {
     list.split_whitespace().any(|listed| listed == name)
 }

@@ -23,7 +23,6 @@ fn set(effect: &mut Effect, parameter: &str, value: f64) {
     assert!(effect.set(parameter, value), "{name} has no {parameter}");
 }
 
-/// A parameter, and the range from which it is drawn.
 pub(super) type Range<'a> = (&'a str, f64, f64);
 
 /// Ranges from which each effect's parameters of place and form are drawn, each by itself.

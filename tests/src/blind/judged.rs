@@ -9,14 +9,11 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
-/// A figure beside what was to be reached.
 #[derive(Clone, Debug)]
 pub struct Figure {
     /// What was measured; the same words in each run.
     pub what: &'static str,
-    /// What was to be reached.
     pub goal: &'static str,
-    /// What came out.
     pub got: Proportion,
 }
 
@@ -30,18 +27,15 @@ impl Figure {
 /// One run: its benchmark, its seeds, and its figures by what was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
-    /// `plain` or `hard`.
     pub benchmark: String,
     /// The command that made it; a run of the same command takes its place.
     pub command: String,
-    /// Hits and all, by what was measured.
     pub figures: BTreeMap<String, Proportion>,
 }
 
 /// All runs that were judged: `tests/judged.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
-    /// In the order in which they were run.
     pub runs: Vec<Run>,
 }
 
@@ -57,7 +51,6 @@ impl Judged {
         }
     }
 
-    /// Writes the file.
     pub fn save(&self, path: &Path) -> anyhow::Result<()> {
         let text = serde_json::to_string_pretty(self)? + "\n";
         fs::write(path, text).with_context(|| format!("write {}", path.display()))
@@ -80,7 +73,6 @@ impl Judged {
         }
     }
 
-    /// All runs of a benchmark together.
     fn pooled(&self, benchmark: &str, what: &str) -> Proportion {
         self.runs
             .iter()
@@ -99,7 +91,6 @@ impl Judged {
         text
     }
 
-    /// The commands of all runs of a benchmark.
     pub(super) fn commands(&self, benchmark: &str) -> String {
         let runs = self.runs.iter().filter(|run| run.benchmark == benchmark);
         let commands: Vec<String> = runs.map(|run| format!("`{}`", run.command)).collect();
@@ -110,14 +101,11 @@ impl Judged {
 /// A count out of a total.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Proportion {
-    /// Those that count.
     pub hits: usize,
-    /// All.
     pub all: usize,
 }
 
 impl Proportion {
-    /// Counts the items for which `hit` holds.
     pub fn of<T>(items: impl Iterator<Item = T>, hit: impl Fn(&T) -> bool) -> Self {
         items.fold(Self::default(), |so_far, item| Self {
             hits: so_far.hits + usize::from(hit(&item)),

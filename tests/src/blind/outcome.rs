@@ -7,12 +7,9 @@ use super::coverage::{Covered, covered};
 use super::hide;
 use super::set::{self, Answer, DiagnosedSet, Make};
 
-/// A set and what was said of it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Outcome {
-    /// The set.
     pub case: Case,
-    /// What was said.
     #[serde(flatten)]
     pub answer: Answer,
     /// Parameters that have a truth, and the intervals found.

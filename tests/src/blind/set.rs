@@ -11,12 +11,9 @@ use stage::{Progress, Stage};
 use values::{Rig, Strike};
 use world::World;
 
-/// What to make.
 #[derive(Clone, Debug)]
 pub(super) struct Make<'t> {
-    /// The rig.
     pub truth: &'t Truth,
-    /// How many random strikes.
     pub strikes: usize,
     /// How many sessions; none: as the demo has it.
     pub sessions: Option<usize>,
@@ -39,13 +36,10 @@ impl<'t> Make<'t> {
     }
 }
 
-/// Strikes as they were read.
 pub(super) struct Made {
     /// The rig file that goes with them.
     pub rig: Rig,
-    /// The strikes that were read from the logs.
     pub strikes: Vec<Strike>,
-    /// All strikes as they really were.
     pub really: Vec<StrikeTruth>,
 }
 
@@ -101,15 +95,10 @@ pub(super) fn identified(
     Ok(fit.world)
 }
 
-/// A set as it was read, and what was found in it.
 pub struct DiagnosedSet {
-    /// What is hidden.
     pub truth: Truth,
-    /// All strikes as they really were.
     pub really: Vec<StrikeTruth>,
-    /// What the diagnosis was given.
     pub input: Input,
-    /// What it found.
     pub found: Diagnosed,
     /// Seconds that identification took, and those that the diagnosis took.
     pub seconds: (f64, f64),
@@ -166,7 +155,6 @@ pub struct Answer {
     pub gap: (usize, f64, f64, f64),
     /// Seconds that identification and diagnosis took, beside whatever else ran.
     pub seconds: f64,
-    /// Seconds of them that the diagnosis took.
     #[serde(default)]
     pub diagnosis_seconds: f64,
 }

@@ -11,10 +11,8 @@ const BISECTIONS: usize = 14;
 /// Standard deviation of a stop by independent camera noise, in standard deviations of a frame.
 const STOP_BY_CAMERA: f64 = 0.6;
 
-/// Which part of a shift counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shift {
-    /// All of it.
     Whole,
     /// What is left of it when friction and one factor of launch are fitted to the stops: the gap that identification leaves.
     Unabsorbed,

@@ -43,7 +43,6 @@ fn picture(rig: &Rig) -> Picture {
         .picture
 }
 
-/// Messages that are read.
 pub(super) fn seeds() -> Vec<Vec<u8>> {
     let picture = picture(&rig());
     let (png, jpeg) = (

@@ -30,32 +30,23 @@ const LONGEST: usize = 64 << 10;
 /// No input may take longer.
 const SLOWEST: Duration = Duration::from_secs(10);
 
-/// How long to go on.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     /// Until so many inputs were tried.
     pub tries: u64,
-    /// Or so much time has passed.
     pub time: Duration,
 }
 
-/// What came of a target.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FuzzCounts {
-    /// Inputs tried.
     pub tries: u64,
-    /// Those of them that were read.
     pub read: u64,
-    /// Different answers.
     pub kinds: usize,
 }
 
-/// An input that must not be.
 #[derive(Debug)]
 pub struct Finding {
-    /// The input.
     pub input: Vec<u8>,
-    /// What it did.
     pub what: String,
 }
 
@@ -97,7 +88,6 @@ pub fn fuzz(target: &Target, seed: u64, budget: Budget) -> Result<FuzzCounts, Bo
     })
 }
 
-/// What the target says of one input.
 pub fn answer(target: &Target, input: &[u8]) -> Result<Result<(), String>, Box<Finding>> {
     let found = |what: String| {
         Box::new(Finding {

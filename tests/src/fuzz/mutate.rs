@@ -3,7 +3,6 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Numbers at the edges of their types.
 const EDGES: [u64; 14] = [
     0,
     1,

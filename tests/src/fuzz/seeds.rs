@@ -299,7 +299,6 @@ pub(super) fn contents() -> Contents {
     }
 }
 
-/// The manifest of a version with these contents.
 pub(super) fn manifest() -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let store = Store::open(folder.path());

@@ -103,7 +103,6 @@ pub(super) fn reader() -> Reads {
     })
 }
 
-/// What holds of any log.
 fn check(outcome: &LogOutcome) {
     let kept = outcome.strikes.iter().map(|strike| strike.index);
     let mut seen: Vec<u32> = kept

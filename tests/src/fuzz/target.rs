@@ -2,11 +2,8 @@
 
 /// Something that reads bytes.
 pub struct Target {
-    /// Its name.
     pub name: &'static str,
-    /// Inputs that it reads.
     pub seeds: Vec<Vec<u8>>,
-    /// Words that mean something to it.
     pub words: &'static [&'static str],
     /// Reads an input, or says why not.
     pub read: Reads,

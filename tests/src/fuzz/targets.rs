@@ -12,7 +12,6 @@ use world::{Simulator, World};
 use super::target::Target;
 use super::{executor, images, live, seeds, segmenter};
 
-/// All of them.
 pub fn targets() -> Vec<Target> {
     let (signatures, read_signature) = executor::signatures();
     vec![

@@ -24,14 +24,11 @@ pub const MODELS: [&str; 6] = [
     "default",
 ];
 
-/// What a fold showed.
 #[derive(Clone, Debug)]
 pub struct Judged {
-    /// The fold.
     pub fold: Fold,
     /// Stop errors in m of each of [`MODELS`], a held-out strike each; none where a model predicts no stop.
     pub errors: BTreeMap<&'static str, Vec<Option<f64>>>,
-    /// Effects that were named.
     pub named: Vec<String>,
     /// What is added to the identified world, and to the one with effects.
     pub added: [Kind; 2],
@@ -154,7 +151,6 @@ fn errors(
     Ok(judges.iter().map(error).collect())
 }
 
-/// Parts that settings are dealt into.
 const PARTS: usize = 5;
 
 /// Strikes that are held out together, by their place.
@@ -164,7 +160,6 @@ pub struct Fold {
     pub seed: u64,
     /// What is held out, by place.
     pub held_out: Vec<usize>,
-    /// For a person.
     pub name: String,
 }
 

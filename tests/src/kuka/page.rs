@@ -10,7 +10,6 @@ use values::Strike;
 use super::Judged;
 use super::judged::MODELS;
 
-/// Metres to centimetres.
 const CM: f64 = 100.0;
 
 /// The page about folds by setting, folds by session, and the diagnosis of all strikes.
@@ -105,7 +104,6 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Of a sample.
 fn deviation(values: &[f64]) -> f64 {
     let middle = mean(values);
     let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();

@@ -10,7 +10,6 @@ use values::Shape;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Case {
-    /// Nothing.
     Steady,
     /// Friction ±12 %, launch −5 %, heading ±1.5°.
     Noon,
@@ -32,7 +31,6 @@ impl Case {
         Self::Wander,
     ];
 
-    /// Which recent strike is bad.
     pub fn bad(self) -> Option<usize> {
         match self {
             Self::SteadyBad => Some(0),
@@ -52,7 +50,6 @@ const HIDDEN: [&[&str]; 4] = [
 /// Relative step of friction from strike to strike, of a table that wanders: 6 % over a hundred.
 const STEP: f64 = 0.006;
 
-/// A rig.
 pub struct LivingRig {
     pub number: u64,
     truth: Truth,
@@ -61,7 +58,6 @@ pub struct LivingRig {
 }
 
 impl LivingRig {
-    /// The rig of this number.
     pub fn draw(number: u64) -> anyhow::Result<Self> {
         let mut random = ChaCha8Rng::seed_from_u64(number);
         let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), number);
@@ -78,7 +74,6 @@ impl LivingRig {
         })
     }
 
-    /// As its version learns it.
     pub fn before(&self, case: Case) -> anyhow::Result<Truth> {
         let mut truth = self.truth.clone();
         if case == Case::Wander {
@@ -87,7 +82,6 @@ impl LivingRig {
         Ok(truth)
     }
 
-    /// As its table is afterwards.
     pub fn after(&self, case: Case) -> anyhow::Result<Truth> {
         let mut truth = self.before(case)?;
         if matches!(case, Case::Noon | Case::NoonBad) {
@@ -108,7 +102,6 @@ impl LivingRig {
         }
     }
 
-    /// As it is in a bad strike.
     pub fn bad(&self, case: Case) -> anyhow::Result<Truth> {
         let mut truth = self.after(case)?;
         truth.friction *= 2.0;

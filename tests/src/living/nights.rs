@@ -23,24 +23,19 @@ const CHANGED: (usize, f64) = (6, 0.12);
 const TARGETS: usize = 40;
 const REPEATS: usize = 8;
 
-/// What came of one night.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NightOutcome {
-    /// Number of the rig.
     pub rig: u64,
     /// Whether friction changed before the seventh night.
     pub changes: bool,
     /// Number of the night, from 1.
     pub night: usize,
-    /// Exit code.
     pub exit: u8,
-    /// How it ended.
     pub status: String,
     /// Strikes that the version in use learnt from.
     pub learnt: usize,
     /// Mean miss at targets with the version in use, over the mean distance of repeats from their mean; none before a first version passed.
     pub ratio: Option<f64>,
-    /// What was found changed.
     pub change: Option<String>,
     /// Why it ended so, a sentence each.
     pub why: Vec<String>,

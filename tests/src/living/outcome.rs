@@ -7,14 +7,10 @@ use super::drawn::Case;
 /// Recent strikes after which the targets are struck.
 pub const RECENT: [usize; 6] = [0, 1, 2, 3, 5, 10];
 
-/// One strike at a target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Number of the rig.
     pub rig: u64,
-    /// What happened to its table.
     pub case: Case,
-    /// How it was planned.
     pub method: Method,
     /// After so many recent strikes.
     pub recent: usize,
@@ -28,11 +24,9 @@ pub struct Outcome {
     pub says_changed: bool,
 }
 
-/// How a strike is planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// As the version says.
     None,
     /// With the recent strikes, by carom's filter.
     Filter,

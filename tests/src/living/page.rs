@@ -5,7 +5,6 @@ use std::fmt::Write;
 
 use super::{Case, Method, Outcome, RECENT};
 
-/// The page.
 pub fn page(outcomes: &[Outcome]) -> String {
     let rigs = {
         let mut numbers: Vec<u64> = outcomes.iter().map(|outcome| outcome.rig).collect();

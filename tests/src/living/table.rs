@@ -24,10 +24,8 @@ const REPEATS: usize = 16;
 const STRUCK: usize = 8;
 const APART: usize = 1000;
 
-/// A target: from, to.
 type Pair = (Point, Point);
 
-/// Every case of one rig.
 pub fn measure(rig: &LivingRig, scratch: &Path) -> anyhow::Result<Vec<Outcome>> {
     let mut outcomes = Vec::new();
     let learnt = learn(rig, Case::Steady, &scratch.join("usual"))?;
@@ -42,7 +40,6 @@ pub fn measure(rig: &LivingRig, scratch: &Path) -> anyhow::Result<Vec<Outcome>> 
     Ok(outcomes)
 }
 
-/// A version, and the paths that it learnt from.
 struct Learnt {
     artifact: Artifact,
     paths: Vec<Pair>,
@@ -259,7 +256,6 @@ fn newton(command: Command, error: [f64; 2]) -> Command {
     )
 }
 
-/// The strike as it is read from its log.
 fn ingested(
     recording: &rig::Recording,
     artifact: &Artifact,

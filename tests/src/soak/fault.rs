@@ -16,25 +16,18 @@ use super::folder::{Ended, Folder, WORKED, ended};
 pub enum Fault {
     /// Killed at a step on the disk, in the middle of a write.
     KilledAtStep,
-    /// Killed at a moment.
     KilledAtMoment,
-    /// A step finds the disk full.
     DiskFull,
     /// A step fails otherwise.
     DiskBroken,
-    /// The newest log is cut off.
     LogCut,
-    /// A bit of the newest log is flipped.
     LogFlipped,
-    /// A log lies there twice.
     LogCopied,
     /// A file among the logs is none.
     LogForeign,
     /// Bytes of the cache are changed, or cut off.
     CacheDamaged,
-    /// A byte of a version is changed.
     VersionDamaged,
-    /// Two nights begin at once.
     TwoAtOnce,
 }
 
@@ -53,12 +46,10 @@ const ALL: [(Fault, &str); 11] = [
 ];
 
 impl Fault {
-    /// Any of them.
     pub fn draw(random: &mut ChaCha8Rng) -> Self {
         ALL[random.random_range(0..ALL.len())].0
     }
 
-    /// For a person.
     pub fn name(self) -> &'static str {
         let named = ALL.iter().find(|(fault, _)| *fault == self);
         named.map_or("", |(_, name)| name)

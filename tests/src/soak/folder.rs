@@ -16,7 +16,6 @@ use crate::carom;
 /// Exit codes of a night that did its work: done, with input rejected, refused by a gate.
 pub const WORKED: [i32; 3] = [0, 3, 4];
 
-/// Versions that are kept.
 const KEEP: usize = 5;
 /// Strikes of the first night that are held out: a first version is judged by so many.
 const HELD_OUT: usize = 8;
@@ -33,32 +32,25 @@ pub struct Folder {
     expected: BTreeMap<PathBuf, usize>,
 }
 
-/// How a night ended.
 #[derive(Clone, Debug)]
 pub struct Ended {
     /// Its exit code; −1 where it was killed.
     pub code: i32,
-    /// What it said.
     pub json: Value,
-    /// Steps on the disk.
     pub steps: u64,
     /// Its peak memory, in bytes.
     pub memory: u64,
-    /// How long it took.
     pub took: Duration,
-    /// What it printed on standard error.
     pub printed: String,
 }
 
 impl Ended {
-    /// The status of `nightly.json`.
     pub fn status(&self) -> &str {
         self.json["status"].as_str().unwrap_or("")
     }
 }
 
 impl Folder {
-    /// An empty one with a key.
     pub fn new(faulty: &Path, seed: u64) -> anyhow::Result<Self> {
         let folder = Self {
             folder: tempfile::tempdir()?,
@@ -73,12 +65,10 @@ impl Folder {
         Ok(folder)
     }
 
-    /// The folder of logs.
     pub fn logs(&self) -> PathBuf {
         self.path("logs")
     }
 
-    /// The folder of the run.
     pub fn run(&self) -> PathBuf {
         self.path("run")
     }
@@ -87,12 +77,10 @@ impl Folder {
         self.folder.path().join(name)
     }
 
-    /// The log of a night.
     pub fn log(&self, night: usize) -> PathBuf {
         self.logs().join(format!("night_{night:04}.mcap"))
     }
 
-    /// The newest log.
     pub fn newest_log(&self) -> PathBuf {
         self.log(self.expected.len() - 1)
     }
@@ -154,12 +142,10 @@ impl Folder {
         child.with_context(|| format!("start {}", self.faulty.display()))
     }
 
-    /// A night that nothing disturbs.
     pub fn night(&self) -> anyhow::Result<Ended> {
         self.struck("kill", 0)
     }
 
-    /// A night with a fault, to its end.
     pub fn struck(&self, fault: &str, step: u64) -> anyhow::Result<Ended> {
         let begun = Instant::now();
         let output = self.begin(fault, step)?.wait_with_output()?;
@@ -206,7 +192,6 @@ impl Folder {
     }
 }
 
-/// What a program that has ended says.
 pub fn ended(output: &Output, took: Duration) -> Ended {
     let printed = String::from_utf8_lossy(&output.stderr).into_owned();
     let line = printed.lines().last().unwrap_or("");

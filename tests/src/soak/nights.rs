@@ -10,12 +10,9 @@ use rand_chacha::ChaCha8Rng;
 use super::fault::Fault;
 use super::folder::{Folder, WORKED};
 
-/// How long to go on.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Nights.
     pub nights: usize,
-    /// Strikes of the first night.
     pub first: usize,
     /// Strikes of each night after it.
     pub strikes: usize,
@@ -23,7 +20,6 @@ pub struct Settings {
     pub seed: u64,
 }
 
-/// What came of it.
 #[derive(Clone, Debug)]
 pub struct Soaked {
     /// Strikes at the end, all of them in the tables.

@@ -8,19 +8,14 @@ pub const MOST_NETWORKS: usize = 16;
 
 /// Why a file holds no residual model. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum ResidualModelError {
-    /// Of a network.
     #[error(transparent)]
     Network(#[from] NetworkError),
-    /// Of a launch map.
     #[error(transparent)]
     LaunchMap(#[from] LaunchMapError),
-    /// Other than from one to sixteen networks.
     #[error(
         "read the residual's weights: they are of {found} networks, there must be 1 to {MOST_NETWORKS}"
     )]
-    Count {
-        /// How many.
-        found: usize,
-    },
+    Count { found: usize },
 }

@@ -24,7 +24,6 @@ const LAUNCH_TENSORS: [(&str, &[usize]); 11] = [
     ("launch.angle.scatter", &[1]),
 ];
 
-/// The tensors of a map, as a file.
 pub(super) fn map_to_safetensors(map: &LaunchMap) -> Vec<u8> {
     let Parts {
         centre,

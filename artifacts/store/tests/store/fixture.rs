@@ -9,7 +9,6 @@ use store::*;
 use values::{Point, Rig, Shape, StopErrors};
 use world::{AddedEffect, Estimate, World};
 
-/// Weights that differ with their scale.
 pub fn network(scale: f32) -> Network {
     let numbers = |count: usize| {
         (0..count)
@@ -36,7 +35,6 @@ fn explained() -> TrainingExtent {
     }
 }
 
-/// Contents that differ with their friction.
 pub fn contents(friction: f64) -> Contents {
     let rig = Rig::demo(Shape::Cylinder);
     let mut world = World::nominal(&rig);

@@ -40,7 +40,6 @@ const fn edge(name: &'static str, neutral: f64) -> EffectParameter {
     EffectParameter::new(name, "m", [-5.0, 5.0], 0.1).neutral_at(neutral)
 }
 
-/// The nodes of a kind of field.
 #[derive(Clone, Copy)]
 pub(super) struct Nodes {
     /// How many at the most.
@@ -110,7 +109,6 @@ impl Nodes {
         vec![start]
     }
 
-    /// The field of these values.
     pub(super) fn field(self, values: &Values) -> Field {
         let edges = EDGES.map(|name| values.get(name));
         let along = self.along(edges);
@@ -119,7 +117,6 @@ impl Nodes {
     }
 }
 
-/// A field.
 pub(super) struct Field {
     along: (usize, usize),
     heights: Vec<f64>,

@@ -44,7 +44,6 @@ pub const SPEC: EffectSpec = EffectSpec {
     statement: |values| Drift::of(values).statement("friction"),
 };
 
-/// Shape p of a drift.
 pub(super) const SHAPE: EffectParameter =
     EffectParameter::new("shape", "", [1.0, 100.0], 4.0).neutral_at(1.0);
 

@@ -105,7 +105,6 @@ fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
 struct FrictionLine {
     /// Unit vector across the line.
     normal: Point,
-    /// A point of the line.
     middle: Point,
     width: f64,
     length: f64,

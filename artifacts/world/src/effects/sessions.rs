@@ -42,7 +42,6 @@ impl BySession {
         }
     }
 
-    /// In this session.
     pub(super) fn value(&self, session: &str) -> f64 {
         self.known.get(session).copied().unwrap_or(self.unknown)
     }

@@ -63,7 +63,6 @@ impl Bench {
         bench
     }
 
-    /// With one more effect.
     pub(super) fn and(mut self, name: &str, parameters: &[(&str, f64)]) -> Self {
         self.world
             .effects
@@ -71,7 +70,6 @@ impl Bench {
         self
     }
 
-    /// With a parameter of the world.
     pub(super) fn parameter(mut self, name: &str, value: f64) -> Self {
         self.world = self.world.with(name, value);
         self

@@ -18,7 +18,6 @@ pub struct Launch {
 }
 
 impl Launch {
-    /// The parabola in one direction, through what is a step after and before.
     fn bends(&mut self, direction: usize, step: f64, after: Scaled, before: Scaled) {
         for i in 0..self.base.len() {
             self.slope[direction][i] = (after[i] - before[i]) / (2.0 * step);

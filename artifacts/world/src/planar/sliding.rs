@@ -22,7 +22,6 @@ const ENDLESS: f64 = 20.0;
 /// No table is larger, in m from the robot's base: what slides farther runs away, ever faster down a dome, and does not rest.
 const FARTHEST: f64 = 10.0;
 
-/// An object on its way.
 pub(super) struct Sliding<'s> {
     forces: Forces<'s>,
     times: &'s [f64],
@@ -31,7 +30,6 @@ pub(super) struct Sliding<'s> {
     body: Body,
     /// Seconds since touch.
     t: f64,
-    /// Next frame.
     frame: usize,
     seen: Frames,
     /// At its present place, and the step that is taken from there.
@@ -142,7 +140,6 @@ impl<'s> Sliding<'s> {
         self.phase = Phase::Rests;
     }
 
-    /// Rate after a share of the step at another rate.
     #[inline(always)]
     pub(super) fn rate_after(&self, rate: &Rate, share: f64) -> Rate {
         let step = share * self.step;
@@ -193,7 +190,6 @@ impl<'s> Sliding<'s> {
     }
 }
 
-/// All of them, to their ends.
 pub(super) fn to_rest(objects: &mut [Sliding<'_>]) {
     let mut middle = [Rate::default(); ABREAST];
     let mut again = [Rate::default(); ABREAST];

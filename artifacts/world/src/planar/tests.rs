@@ -1,7 +1,7 @@
 use values::{Command, Conditions, Point, Rig, Shape, Strike, Track};
 
 use super::*;
-use crate::{AddedEffect, Estimate, Simulator, World, launch::launches};
+use crate::{AddedEffect, Simulator, World, launch::launches};
 
 /// Strikes over the rig's speeds and angles, with frames to compare at.
 fn strikes(rig: &Rig) -> Vec<Strike> {
@@ -34,14 +34,6 @@ fn strikes(rig: &Rig) -> Vec<Strike> {
         .collect()
 }
 
-fn added(name: &str, parameters: &[(&str, f64)]) -> AddedEffect {
-    let value = |(name, value): &(&str, f64)| (name.to_string(), Estimate::fixed(*value));
-    AddedEffect {
-        name: name.into(),
-        parameters: parameters.iter().map(value).collect(),
-    }
-}
-
 /// Greatest distance in m between the planar slide and MuJoCo's, over all frames and stops.
 fn apart(shape: Shape, hidden: Option<(&str, &[(&str, f64)])>) -> f64 {
     let rig = Rig::demo(shape);
@@ -50,7 +42,7 @@ fn apart(shape: Shape, hidden: Option<(&str, &[(&str, f64)])>) -> f64 {
         .with("restitution", 0.5);
     let mut with = world.clone();
     with.effects
-        .extend(hidden.map(|(name, parameters)| added(name, parameters)));
+        .extend(hidden.map(|(name, parameters)| AddedEffect::fixed(name, parameters)));
     let effects: Vec<_> = with
         .effects
         .iter()
@@ -115,7 +107,8 @@ fn its_steps_follow_the_slide_and_several_at_once_are_each_as_alone() {
         let launches = launches(&rig, &world, commanded).expect("a valid world");
         let launches: Vec<Launch> = launches.into_iter().flatten().collect();
         for (name, parameters) in cases {
-            let effects = [effects::build(&added(name, parameters), &rig).expect("an effect")];
+            let effects =
+                [effects::build(&AddedEffect::fixed(name, parameters), &rig).expect("an effect")];
             let planar = Planar::new(&rig, &world, &effects).expect("known parameters");
             let jobs: Vec<Job<'_>> = (0..2 * ABREAST - 1)
                 .map(|i| i % strikes.len())
@@ -148,8 +141,10 @@ fn an_object_that_runs_away_down_a_saddle_is_not_followed_for_ever() {
     // Steps are as short as the patch is small, and ever shorter in time as the object goes faster.
     let saddle = [("curvature", -0.3), ("stretch", -0.5), ("center_x", 0.3)];
     let patch = [("center_x", 0.5), ("change", 0.5), ("radius", 0.04)];
-    let effects = [("table_bowl", &saddle), ("friction_patch", &patch)]
-        .map(|(name, parameters)| effects::build(&added(name, parameters), &rig).expect("valid"));
+    let effects =
+        [("table_bowl", &saddle), ("friction_patch", &patch)].map(|(name, parameters)| {
+            effects::build(&AddedEffect::fixed(name, parameters), &rig).expect("valid")
+        });
     let planar = Planar::new(&rig, &world, &effects).expect("known parameters");
     let strikes = strikes(&rig);
     let launch = launches(&rig, &world, [strikes[5].commanded()]).expect("a valid world");

@@ -44,7 +44,6 @@ pub struct Filter {
     hypotheses: Vec<Hypothesis>,
     /// Before the session's first strike, if nothing jumped.
     as_it_was: Vec<Hypothesis>,
-    /// Strikes that it followed.
     strikes: usize,
     /// Of these, those since the session began.
     in_session: usize,

@@ -4,7 +4,6 @@ use nalgebra::{Matrix3, Vector3};
 
 pub(super) type Vector = Vector3<f64>;
 pub(super) type Matrix = Matrix3<f64>;
-/// Row by row.
 pub(super) type Rows = [[f64; 3]; 3];
 
 pub(super) fn matrix(rows: Rows) -> Matrix {

@@ -28,7 +28,6 @@ impl Deviates {
         self.strike_within(shift, 1.0)
     }
 
-    /// A strike with this share of the scatter.
     fn strike_within(&mut self, shift: Shift, share: f64) -> Observation {
         let away = SLOPES.map(|row| row.iter().zip(shift.values()).map(|(a, b)| a * b).sum());
         let away: [f64; 3] = away;

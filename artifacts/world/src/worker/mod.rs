@@ -48,7 +48,6 @@ impl Worker<'_> {
         self.engine.steps()
     }
 
-    /// Places object and tip at touch.
     pub(crate) fn place_at_touch(&mut self, origin: Point, impact: Impact) -> Option<TipMotion> {
         let sim = self.simulator;
         let measured = sim

@@ -90,7 +90,6 @@ impl Worker<'_> {
         Some(Release::of(release, impact.command))
     }
 
-    /// An entry of the table.
     fn entry(&mut self, place: [i64; 2]) -> Option<Scaled> {
         let simulator = self.simulator;
         simulator.releases.entry(place, || {

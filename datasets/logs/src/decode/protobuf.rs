@@ -72,7 +72,6 @@ impl Plan {
         Ok((plan, stamped))
     }
 
-    /// Reads one message.
     pub(super) fn decode(&self, data: &[u8], raw: &mut Raw) -> Result<(), DecodeError> {
         self.walk(data, raw).map_err(|error| {
             DecodeError::Malformed(format!("it is no such protobuf message: {error}"))
@@ -166,7 +165,6 @@ impl Field {
     }
 }
 
-/// The types of a descriptor set.
 fn pool(data: &[u8]) -> Result<DescriptorPool, String> {
     // prost-reflect 0.16.5 indexes out of bounds when it words its error for some sets that contradict themselves.
     std::panic::catch_unwind(|| DescriptorPool::decode(data))

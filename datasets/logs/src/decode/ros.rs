@@ -30,19 +30,15 @@ pub(super) struct Plan {
 
 #[derive(Clone, Debug)]
 enum Step {
-    /// Read a number into every one of these.
     Take(Primitive, Vec<Leaf>),
     /// Read the text that is wanted.
     TakeText,
-    /// Pass over this many numbers.
     Pass(Primitive, usize),
-    /// Pass over this many texts.
     PassText(usize),
     /// Pass over this many wide texts, which is not possible unless there are none.
     PassWideText(usize),
     /// Pass over this many values of a type, by its index.
     PassType(usize, usize),
-    /// Pass over a counted sequence.
     PassSequence(Element),
     /// Go through an array (of a fixed count) or a counted sequence, and into some of its elements.
     Elements {
@@ -72,7 +68,6 @@ impl Element {
 }
 
 impl Plan {
-    /// Reads one message.
     pub(super) fn decode(&self, data: &[u8], raw: &mut Raw) -> Result<(), DecodeError> {
         let mut cursor = Cursor::new(self.wire, data)?;
         self.run(&self.steps, &mut cursor, raw)

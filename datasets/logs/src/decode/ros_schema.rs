@@ -5,12 +5,10 @@
 /// A type's members in order.
 #[derive(Debug)]
 pub(super) struct Definition {
-    /// `package/Name`.
     pub(super) name: String,
     pub(super) members: Vec<Member>,
 }
 
-/// One member of a type.
 #[derive(Debug)]
 pub(super) struct Member {
     pub(super) name: String,
@@ -45,7 +43,6 @@ pub(super) enum Primitive {
 }
 
 impl Primitive {
-    /// Bytes that it takes.
     pub(super) fn size(self) -> usize {
         match self {
             Self::Bool | Self::I8 | Self::U8 => 1,

@@ -63,7 +63,6 @@ pub fn bag_files(folder: &Path) -> Option<Vec<PathBuf>> {
     (!files.is_empty()).then_some(files)
 }
 
-/// The files that a log consists of.
 pub(super) fn files(log: &Path) -> Result<Vec<PathBuf>, LogError> {
     if !log.is_dir() {
         return Ok(vec![log.into()]);
@@ -88,7 +87,6 @@ pub fn hash(log: &Path) -> Result<String, LogError> {
     Ok(joined.finish())
 }
 
-/// The hash of several files.
 #[derive(Default)]
 pub(super) struct JoinedHash(Sha256);
 
@@ -127,7 +125,6 @@ pub(super) enum Opened {
     Mcap(File),
     /// SQLite at this place.
     Sqlite(PathBuf),
-    /// What was packed as a whole, unpacked into a temporary file.
     Unpacked(NamedTempFile, bool),
 }
 

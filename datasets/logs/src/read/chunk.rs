@@ -10,11 +10,12 @@ use super::request::Limits;
 pub(super) enum ChunkFault<E> {
     /// Its bytes are not what they should be.
     Damaged(String),
-    /// It is compressed by something that is not read.
     Compression(String),
     /// It takes too much memory to unpack.
-    TooLarge { size: u64, limit: u64 },
-    /// What was read made it end.
+    TooLarge {
+        size: u64,
+        limit: u64,
+    },
     Ended(E),
 }
 

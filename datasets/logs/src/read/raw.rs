@@ -120,7 +120,6 @@ pub(super) trait Take {
     /// What ends the reading.
     type Error: From<LogError>;
 
-    /// Takes a message.
     fn message(
         &mut self,
         message: RawMessage<'_>,
@@ -134,7 +133,6 @@ pub(super) trait Take {
     fn any_unchecked(&self) -> bool;
 }
 
-/// A sink of messages.
 struct Each<'a, E> {
     sink: &'a mut dyn FnMut(RawMessage<'_>) -> Result<(), E>,
     /// Bytes that a message unpacks to at the most.
@@ -390,7 +388,6 @@ impl<'a, T: Take> Reading<'a, T> {
         Arc::new(with_id(free.unwrap_or(raw.id)))
     }
 
-    /// One record of the file.
     fn record(&mut self, offset: u64, opcode: u8, body: &[u8]) -> Result<(), T::Error> {
         if opcode == op::CHUNK {
             return self.chunk(offset, body, true);

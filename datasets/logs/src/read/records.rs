@@ -18,7 +18,6 @@ const LAST_OPCODE: u8 = op::DATA_END;
 /// Opcodes from this one on are anyone's own.
 const FIRST_PRIVATE: u8 = 0x80;
 
-/// How a file ends.
 pub(super) enum Ending {
     /// With all that the format asks for.
     Whole,

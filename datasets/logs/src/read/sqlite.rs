@@ -86,7 +86,6 @@ impl<'a> Database<'a> {
         Ok(count == 1)
     }
 
-    /// Topics by their numbers.
     pub(super) fn topics(&self) -> Result<Vec<Topic>, LogError> {
         let sql = "SELECT id, name, type, serialization_format FROM topics ORDER BY id";
         self.rows(sql, |row| {

@@ -65,7 +65,6 @@ impl From<&StateSample> for Numbers {
 }
 
 impl Numbers {
-    /// A pose.
     pub(super) fn turned(sample: &Stamped, yaw: f64) -> Self {
         Self {
             yaw,
@@ -140,7 +139,6 @@ impl Form {
         }
     }
 
-    /// Writes a message.
     pub(super) fn write(&self, buffer: &mut Vec<u8>, numbers: &Numbers) {
         let Numbers {
             x,

@@ -9,14 +9,12 @@ use mcap::records::{Metadata, Record};
 
 use crate::LogError;
 
-/// The name of the metadata.
 const NAME: &str = "carom";
 
 /// What made a log: names and values as text, such as `version`, `manifest` (its hash), `model`, `target`, `plan` and `promised_miss` of a
 /// planned strike. Which names there are is up to the program that writes.
 pub type Lineage = BTreeMap<String, String>;
 
-/// Appends the record.
 pub(super) fn write<W: Write + Seek>(
     mcap: &mut Writer<W>,
     lineage: &Lineage,

@@ -13,7 +13,6 @@ pub(super) enum Slot {
     Header,
     /// The frame of the tip.
     Child,
-    /// x, y and z below this path.
     Triple(&'static str),
     /// x, y, z and w below this path.
     Quaternion(&'static str),
@@ -121,7 +120,6 @@ pub(super) fn joined(own: &str, parts: &[(&str, &str)]) -> String {
         })
 }
 
-/// The definition of a common type.
 #[cfg(feature = "sqlite")]
 pub(crate) fn known_definition(name: &str) -> Option<String> {
     let image = image_schema();

@@ -13,7 +13,6 @@ fn options(compression: Option<Compression>, chunk_size: u64) -> WriteOptions {
         .chunk_size(Some(chunk_size))
 }
 
-/// Offsets at which the records of a file begin.
 fn record_offsets(file: &[u8]) -> Vec<usize> {
     let mut offsets = Vec::new();
     let mut at = mcap::MAGIC.len();

@@ -54,7 +54,6 @@ declare! {
     StrikerAngleError = "striker_angle_error" {
         /// Share of the angle that is added.
         gain: 0.10, "1", Some(0.0);
-        /// Constant, in rad.
         bias: 0.01, "rad", Some(0.0);
         /// For each m/s of speed, in rad·s/m.
         slope: 0.05, "rad s/m", Some(0.0);
@@ -79,7 +78,6 @@ impl Acts for StrikerAngleError {
 declare! {
     /// Play in a joint: the heading is off to one side or the other, by where the arm comes from.
     AngleBacklash = "angle_backlash" {
-        /// Half of the play, in rad.
         play: 0.04, "rad", Some(0.0);
         /// Angle over which it turns over, in rad.
         width: 0.3, "rad", None;

@@ -40,7 +40,6 @@ declare! {
     CameraLean = "camera_lean" {
         /// How far its axis leans, in rad.
         lean: 0.035, "rad", Some(0.0);
-        /// Where to, in rad.
         bearing: 0.6, "rad", None;
         /// Distance from the camera to the table, in m.
         height: 1.2, "m", None;
@@ -64,9 +63,7 @@ declare! {
         k1: -0.10, "1/m2", Some(0.0);
         /// Radial, fourth order, in 1/m⁴.
         k2: 0.08, "1/m4", Some(0.0);
-        /// Tangential, in 1/m.
         p1: 0.003, "1/m", Some(0.0);
-        /// Tangential, in 1/m.
         p2: -0.002, "1/m", Some(0.0);
     }
 }

@@ -8,7 +8,6 @@ use crate::declare::declare;
 declare! {
     /// A film between object and table: a = −c·v, and the spin slows at the same rate by area.
     ViscousDrag = "viscous_drag" {
-        /// Rate, in 1/s.
         c: 0.5, "1/s", Some(0.0);
     }
 }
@@ -25,7 +24,6 @@ impl Acts for ViscousDrag {
 declare! {
     /// Drag with the square of speed: a = −k·|v|·v.
     QuadraticDrag = "quadratic_drag" {
-        /// In 1/m.
         k: 0.6, "1/m", Some(0.0);
     }
 }
@@ -55,11 +53,9 @@ impl Acts for TableTilt {
 declare! {
     /// The table sags: the slope of a paraboloid, a = −g·sin(atan(kappa·r)) towards its lowest point.
     TableBowl = "table_bowl" {
-        /// Curvature, in 1/m.
         kappa: 0.04, "1/m", Some(0.0);
         /// Lowest point, in m.
         center_x: 0.45, "m", None;
-        /// Lowest point, in m.
         center_y: 0.0, "m", None;
     }
 }

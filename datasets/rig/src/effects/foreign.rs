@@ -8,15 +8,12 @@ use crate::declare::declare;
 declare! {
     /// A jet of air blows across one place: a Gaussian of acceleration in one direction.
     AirJet = "air_jet" {
-        /// Middle, in m.
         center_x: 0.50, "m", None;
-        /// Middle, in m.
         center_y: 0.05, "m", None;
         /// Standard deviation of its profile, in m.
         radius: 0.05, "m", None;
         /// Acceleration in its middle, in m/s².
         acceleration: 1.2, "m/s2", Some(0.0);
-        /// Where it blows, in rad.
         bearing: 1.2, "rad", None;
     }
 }
@@ -66,11 +63,9 @@ declare! {
     Vibration = "vibration" {
         /// At the impact, in m/s².
         amplitude: 3.0, "m/s2", Some(0.0);
-        /// In Hz.
         frequency: 3.0, "Hz", None;
         /// Time in which it falls to 1/e, in s.
         decay: 0.5, "s", None;
-        /// Its line, in rad.
         bearing: 1.3, "rad", None;
     }
 }

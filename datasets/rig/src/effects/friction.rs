@@ -51,9 +51,7 @@ impl Acts for AnisotropicFriction {
 declare! {
     /// A patch of the table with another friction: an ellipse whose edge is soft.
     FrictionPatch = "friction_patch" {
-        /// Middle, in m.
         center_x: 0.50, "m", None;
-        /// Middle, in m.
         center_y: 0.04, "m", None;
         /// Radius of the disc of equal area, in m.
         radius: 0.09, "m", None;
@@ -61,7 +59,6 @@ declare! {
         change: 0.35, "1", Some(0.0);
         /// Long axis (along y) over the short one.
         stretch: 1.3, "1", None;
-        /// Width of the edge, in m.
         edge: 0.012, "m", None;
     }
 }

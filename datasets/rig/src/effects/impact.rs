@@ -40,7 +40,6 @@ impl Acts for YieldingRestitution {
 declare! {
     /// The tip or the object was changed for another during the strikes: from one strike on, restitution is another.
     RestitutionStep = "restitution_step" {
-        /// Relative change.
         change: 0.2, "1", Some(0.0);
         /// Number of the first strike with it.
         from: 50.0, "1", None;

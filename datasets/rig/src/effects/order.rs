@@ -15,7 +15,6 @@ fn since(index: StrikeIndex, every: f64) -> f64 {
 declare! {
     /// Another sheet is laid: friction changes from one strike on.
     FrictionChange = "friction_change" {
-        /// Relative change.
         change: 0.12, "1", Some(0.0);
         /// The first strike on the new sheet.
         from: 50.0, "1", None;
@@ -117,9 +116,7 @@ declare! {
     PushedCamera = "pushed_camera" {
         /// Turn about the point it looks down on, in rad.
         turn: 0.02, "rad", Some(0.0);
-        /// Shift, in m.
         shift_x: 0.004, "m", Some(0.0);
-        /// Shift, in m.
         shift_y: -0.003, "m", Some(0.0);
         /// The first strike after it.
         from: 50.0, "1", None;

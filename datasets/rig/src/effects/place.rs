@@ -13,19 +13,13 @@ fn across_edge(distance: f64, width: f64) -> f64 {
 declare! {
     /// A rectangular patch of the table with another friction; its edges are soft.
     RectangularPatch = "rectangular_patch" {
-        /// Middle, in m.
         center_x: 0.50, "m", None;
-        /// Middle, in m.
         center_y: 0.04, "m", None;
-        /// Half of its length, in m.
         half_length: 0.10, "m", None;
-        /// Half of its width, in m.
         half_width: 0.06, "m", None;
-        /// Bearing of its length, in rad.
         bearing: 0.4, "rad", None;
         /// Relative change of friction inside.
         change: 0.35, "1", Some(0.0);
-        /// Width of the edge, in m.
         edge: 0.006, "m", None;
     }
 }
@@ -48,9 +42,7 @@ impl Acts for RectangularPatch {
 declare! {
     /// Friction grows by the same factor over each metre of the table: exp(g·(p − p₀)).
     FrictionGradient = "friction_gradient" {
-        /// Along x, in 1/m.
         g_x: 0.15, "1/m", Some(0.0);
-        /// Along y, in 1/m.
         g_y: 0.25, "1/m", Some(0.0);
     }
 }
@@ -80,7 +72,6 @@ declare! {
         bend: 0.0, "1/m", None;
         /// Relative change of friction beyond it.
         change: 0.2, "1", Some(0.0);
-        /// Width of the edge, in m.
         edge: 0.005, "m", None;
     }
 }

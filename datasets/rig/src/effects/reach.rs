@@ -56,7 +56,6 @@ impl Acts for SpeedByReach {
 declare! {
     /// The base joint's gear is not round: the heading's error is a wave over the bearing of the object from the base.
     HeadingByBearing = "heading_by_bearing" {
-        /// In rad.
         amplitude: 0.03, "rad", Some(0.0);
         /// From crest to crest, in rad.
         period: 1.2, "rad", None;

@@ -12,7 +12,6 @@ declare! {
         delta: 0.3, "1", Some(0.0);
         /// Speed at which half of the rise is left, in m/s.
         v_s: 0.35, "m/s", None;
-        /// Steepness.
         exponent: 2.0, "1", None;
     }
 }

@@ -11,7 +11,6 @@ declare! {
     StrikerSpeedError = "striker_speed_error" {
         /// Speed added, in m/s.
         a: 0.05, "m/s", Some(0.0);
-        /// Slope.
         b: 0.88, "1", Some(1.0);
         /// Speed that is not exceeded, in m/s.
         cap: 0.86, "m/s", Some(1.2);

@@ -32,7 +32,6 @@ declare! {
         kappa: 0.05, "1/m", Some(0.0);
         /// Lowest point, in m.
         center_x: 0.45, "m", None;
-        /// Lowest point, in m.
         center_y: 0.0, "m", None;
         /// Where the table is flat again, in m.
         radius: 0.7, "m", None;
@@ -55,7 +54,6 @@ impl Acts for SineBowl {
 declare! {
     /// A long sag: the table is bent along one direction alone.
     Trough = "trough" {
-        /// Curvature, in 1/m.
         kappa: 0.05, "1/m", Some(0.0);
         /// Where its lowest line passes, in m.
         center_x: 0.45, "m", None;
@@ -77,11 +75,8 @@ impl Acts for Trough {
 declare! {
     /// A saddle: the table is bent up along one direction, and down as much across it.
     Saddle = "saddle" {
-        /// Curvature, in 1/m.
         kappa: 0.05, "1/m", Some(0.0);
-        /// Where it is level, in m.
         center_x: 0.45, "m", None;
-        /// Where it is level, in m.
         center_y: 0.0, "m", None;
         /// Bearing along which it rises, in rad.
         bearing: 0.3, "rad", None;

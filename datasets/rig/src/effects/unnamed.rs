@@ -9,9 +9,7 @@ use crate::declare::declare;
 declare! {
     /// A magnet under the table: it pulls towards one place, most at some distance from it.
     Magnet = "magnet" {
-        /// Where it is, in m.
         center_x: 0.50, "m", None;
-        /// Where it is, in m.
         center_y: 0.05, "m", None;
         /// How deep it lies, in m: the pull is strongest at 0.7 of it.
         depth: 0.07, "m", None;
@@ -32,7 +30,6 @@ impl Acts for Magnet {
 declare! {
     /// A force across the velocity, as on a body that spins in air: a = rate·v, turned to the left.
     SideForce = "side_force" {
-        /// In 1/s.
         rate: 0.35, "1/s", Some(0.0);
     }
 }
@@ -48,9 +45,7 @@ declare! {
     Swirl = "swirl" {
         /// In 1/s².
         rate: 1.0, "1/s2", Some(0.0);
-        /// Middle, in m.
         center_x: 0.5, "m", None;
-        /// Middle, in m.
         center_y: -0.1, "m", None;
     }
 }
@@ -67,7 +62,6 @@ declare! {
     Sloshing = "sloshing" {
         /// Share of the velocity by which it pulls, at the impact, in 1/s.
         amplitude: 3.0, "1/s", Some(0.0);
-        /// In Hz.
         frequency: 3.5, "Hz", None;
         /// Time in which it falls to 1/e, in s.
         decay: 0.4, "s", None;
@@ -107,7 +101,6 @@ declare! {
         amplitude: 0.05, "1", Some(0.0);
         /// From crest to crest, in m/s.
         period: 0.22, "m/s", None;
-        /// Phase at standstill, in rad.
         phase: 0.5, "rad", None;
     }
 }
@@ -125,7 +118,6 @@ impl Acts for SpeedRipple {
 declare! {
     /// A gear's eccentricity: the heading's error ripples with the commanded angle.
     AngleRipple = "angle_ripple" {
-        /// In rad.
         amplitude: 0.03, "rad", Some(0.0);
         /// From crest to crest, in rad.
         period: 0.35, "rad", None;
@@ -149,9 +141,7 @@ declare! {
     StitchedCameras = "stitched_cameras" {
         /// Where the second begins, in m.
         x: 0.48, "m", None;
-        /// Shift, in m.
         shift_x: 0.004, "m", Some(0.0);
-        /// Shift, in m.
         shift_y: 0.008, "m", Some(0.0);
     }
 }

@@ -32,7 +32,6 @@ noise! {
     TwoObjects = "two_objects" {
         /// Relative change of its friction.
         change: 0.15, "1", Some(0.0);
-        /// Share of the strikes.
         share: 0.4, "1", None;
     }
     |noise, levels| {
@@ -56,7 +55,6 @@ noise! {
 
     /// Launches have heavy tails: a t distribution of three degrees of freedom with the same standard deviation.
     LaunchTails = "launch_tails" {
-        /// Above 0: on.
         on: 1.0, "1", Some(0.0);
     }
     |noise, levels| levels.launch_tails |= noise.on > 0.0;
@@ -91,14 +89,12 @@ noise! {
 
     /// Camera noise has heavy tails: a t distribution of three degrees of freedom with the same standard deviation.
     CameraTails = "camera_tails" {
-        /// Above 0: on.
         on: 1.0, "1", Some(0.0);
     }
     |noise, levels| levels.camera_tails |= noise.on > 0.0;
 
     /// Stamps are late by an exponential delay, as those that a driver gives on arrival.
     LateStamps = "late_stamps" {
-        /// Mean delay, in s.
         mean: 0.003, "s", Some(0.0);
     }
     |noise, levels| levels.stamp_delay += noise.mean;
@@ -112,7 +108,6 @@ noise! {
 
     /// In some frames something else is taken for the object.
     StrayFrames = "stray_frames" {
-        /// Share of frames.
         share: 0.01, "1", Some(0.0);
         /// How far from the object at the most, in m.
         distance: 0.10, "m", None;
@@ -124,21 +119,18 @@ noise! {
 
     /// Places are reported on a grid, as whole pixels are.
     QuantisedPlaces = "quantised_places" {
-        /// In m.
         step: 0.002, "m", Some(0.0);
     }
     |noise, levels| levels.place_step = levels.place_step.max(noise.step);
 
     /// Stamps are whole ticks of a coarse clock.
     QuantisedStamps = "quantised_stamps" {
-        /// In s.
         step: 0.004, "s", Some(0.0);
     }
     |noise, levels| levels.stamp_step = levels.stamp_step.max(noise.step);
 
     /// In some strikes all frames of a while are lost.
     LostBursts = "lost_bursts" {
-        /// Share of strikes.
         share: 0.3, "1", Some(0.0);
         /// How long at the most, in s.
         longest: 0.3, "s", None;
@@ -166,9 +158,7 @@ noise! {
 
     /// The camera's mount vibrates, in a direction and with a phase of its own in each strike.
     MountVibration = "mount_vibration" {
-        /// Amplitude on the table, in m.
         amplitude: 0.0007, "m", Some(0.0);
-        /// In Hz.
         frequency: 7.0, "Hz", None;
     }
     |noise, levels| {
@@ -178,13 +168,9 @@ noise! {
 
     /// Numbers of the rig file are off by a share of themselves.
     WrongRigFile = "wrong_rig_file" {
-        /// The object's sizes.
         object: 0.1, "1", Some(0.0);
-        /// The object's mass.
         mass: 0.0, "1", Some(0.0);
-        /// The tip's radius.
         tip: 0.0, "1", Some(0.0);
-        /// The camera's noise.
         noise: 0.0, "1", Some(0.0);
     }
     |noise, levels| {

@@ -66,6 +66,5 @@ impl Levels {
 
 /// What a kind of noise adds.
 pub(crate) trait Disturbs {
-    /// Sets or adds its levels.
     fn add_to(&self, levels: &mut Levels);
 }

@@ -55,7 +55,6 @@ impl Noise {
         self.0.is_empty()
     }
 
-    /// All kinds together.
     pub(crate) fn levels(&self) -> Levels {
         let mut levels = Levels::default();
         for kind in &self.0 {

@@ -21,14 +21,12 @@ use self::parquet::{Column, write_columns};
 use self::stats::{MOMENTS, QUANTILES, Stats, Summary};
 use crate::TableError;
 
-/// Version of the format.
 const VERSION: &str = "v3.0";
 /// Files of a folder, and rows of a file: fewer than 100 MB, as the format asks.
 const FILES: usize = 1000;
 const ROWS: usize = 1 << 20;
 /// What an action's numbers are: the command, and the velocity of the tip that went with it.
 const ACTION: [&str; 4] = ["speed", "angle", "tip_vx", "tip_vy"];
-/// The order of parts.
 const SPLITS: [Split; 3] = [Split::Train, Split::Validation, Split::Test];
 
 /// A strike as an episode: a row a frame, from where it was struck on, at equal distances in time.
@@ -45,7 +43,6 @@ pub struct Episode {
     pub actions: Vec<[f32; 4]>,
 }
 
-/// What statistics are made of.
 struct Feature {
     name: &'static str,
     dtype: &'static str,
@@ -214,7 +211,6 @@ fn texts<'a>(name: &str, texts: impl Iterator<Item = &'a str>) -> Column {
     (Field::new(name, DataType::Utf8, true), Arc::new(array))
 }
 
-/// A list a row.
 fn lists(name: &str, values: ArrayRef, lengths: impl Iterator<Item = usize>) -> Column {
     let item = Arc::new(Field::new("element", values.data_type().clone(), true));
     let offsets = OffsetBuffer::from_lengths(lengths);

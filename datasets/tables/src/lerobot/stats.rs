@@ -11,7 +11,6 @@ pub const QUANTILES: [(&str, f64); 5] = [
     ("q99", 0.99),
 ];
 
-/// Names of the moments.
 pub const MOMENTS: [&str; 4] = ["min", "max", "mean", "std"];
 
 /// A feature's numbers, a list for each of its places.
@@ -32,7 +31,6 @@ impl Stats {
         Self(vec![Vec::new(); width])
     }
 
-    /// Adds a row.
     pub fn push(&mut self, row: &[f64]) {
         for (numbers, number) in self.0.iter_mut().zip(row) {
             numbers.push(*number);
@@ -66,7 +64,6 @@ impl Stats {
 }
 
 impl Summary {
-    /// All of it as JSON.
     pub fn json(&self) -> Value {
         let mut all = Map::new();
         for (name, numbers) in MOMENTS.into_iter().zip(&self.moments) {

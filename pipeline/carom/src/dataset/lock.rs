@@ -29,7 +29,6 @@ pub struct Lock {
     pub rig: String,
     /// The recipe's seed.
     pub seed: u64,
-    /// Strikes in the tables.
     pub strikes: usize,
     /// Strikes in `rejects.parquet`.
     pub rejected: usize,

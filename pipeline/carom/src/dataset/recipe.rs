@@ -78,7 +78,6 @@ impl Recipe {
         })
     }
 
-    /// The rig.
     pub fn rig(&self) -> Result<Rig, Error> {
         load_rig(&self.folder.join(&self.rig))
     }
@@ -113,7 +112,6 @@ impl Recipe {
 }
 
 impl Filters {
-    /// Whether a strike stays.
     pub fn keeps(&self, strike: &Strike) -> bool {
         let within = |bounds: Option<Interval>, value| bounds.is_none_or(|b| b.contains(value));
         within(self.speed, strike.command.speed) && within(self.angle, strike.command.angle)

@@ -21,9 +21,7 @@ pub const FILES: [&str; 4] = [
 
 /// What the tables hold.
 pub struct Rows {
-    /// Strikes kept.
     pub strikes: Vec<Strike>,
-    /// Strikes rejected.
     pub rejects: Vec<Reject>,
     /// Strikes that the filters left out.
     pub filtered: usize,

@@ -28,7 +28,6 @@ pub struct Change {
 }
 
 impl Change {
-    /// For a person.
     pub fn sentence(&self) -> String {
         format!(
             "changed for good: {} (found against {}, since stamp {:.0} s)",

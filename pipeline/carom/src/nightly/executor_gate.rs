@@ -16,7 +16,6 @@ pub struct ExecutorGate {
     pub passed: bool,
     /// Paths of logged strikes that it planned.
     pub planned: usize,
-    /// Those that it refused.
     pub refused: usize,
     /// The first refusal, or why there is no plan at all.
     pub first: Option<String>,
@@ -78,7 +77,6 @@ pub fn promised(version: &Artifact, strikes: &[Strike]) -> Option<f64> {
 }
 
 impl ExecutorGate {
-    /// For a person.
     pub fn sentence(&self) -> String {
         let mut text = format!(
             "the executor loads it and plans {} of the latest {} paths",

@@ -245,7 +245,6 @@ mod tests {
     /// Nights of a lab that learns a mean of six parameters, 25 strikes a night, a tenth of them held out.
     #[derive(Default)]
     struct Lab {
-        /// Nights so far.
         nights: usize,
         /// Strikes learnt from, and the error of what was learnt, in units of what repeats scatter by.
         learnt: f64,

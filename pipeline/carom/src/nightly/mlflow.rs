@@ -20,7 +20,6 @@ const LONGEST: usize = 500;
 /// Scheme of artifacts that the server itself stores.
 const PROXIED: &str = "mlflow-artifacts:";
 
-/// A tracking server.
 #[derive(Clone, Debug)]
 pub struct Server(String);
 
@@ -41,7 +40,6 @@ impl std::str::FromStr for Server {
 pub struct Tracked {
     /// The run's id.
     pub run: String,
-    /// Files that it holds.
     pub files: usize,
 }
 

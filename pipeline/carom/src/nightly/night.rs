@@ -22,10 +22,8 @@ use crate::score::Drift;
 /// Where a night is kept.
 const FILE: &str = "nightly.json";
 
-/// What came of a night.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Night {
-    /// How it ended.
     pub status: Status,
     /// Why, a sentence each.
     pub why: Vec<String>,
@@ -55,7 +53,6 @@ pub struct Night {
     /// Whether tonight's new logs were set aside; never two nights running.
     #[serde(default)]
     pub quarantined: bool,
-    /// Logs that were read.
     pub logs: usize,
     /// Names of those that the version in use had not seen.
     pub new_logs: Vec<String>,
@@ -66,15 +63,12 @@ pub struct Night {
     /// Strikes of new logs that are stamped before the last change: where none is stamped after it, a clock was set.
     #[serde(default)]
     pub behind: usize,
-    /// Strikes rejected.
     pub rejected: usize,
     /// Names of logs that are cut off or damaged.
     pub damaged: Vec<String>,
     /// Logs that could not be read.
     pub left_out: Vec<LeftOut>,
-    /// The gate of held-out strikes.
     pub beats: Option<HeldOutGate>,
-    /// The gate of the executor.
     pub executor: Option<ExecutorGate>,
     /// Whether the version in use does worse on the new strikes than on those that it was published with.
     pub drift: Option<Drift>,
@@ -98,7 +92,6 @@ pub enum Status {
     Gathering,
     /// Somebody must look: the executor cannot use what came out, or the table or the strikes are not what they were.
     Refused,
-    /// There was nothing to decide.
     #[default]
     NothingNew,
     /// The work failed; the version before stays in use.
@@ -108,9 +101,7 @@ pub enum Status {
 /// An effect that the data name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Missing {
-    /// Its name.
     pub name: String,
-    /// What it is, for a person.
     pub statement: String,
 }
 
@@ -179,7 +170,6 @@ impl Night {
         }
     }
 
-    /// What was read.
     pub fn record(&mut self, results: &Results) {
         self.strikes = results.strikes.len();
         self.new_strikes = results.strikes.len();
@@ -283,7 +273,6 @@ impl Night {
         lines
     }
 
-    /// For a person.
     pub fn text(&self) -> String {
         let mut text = format!("nightly    {}\n", self.headline());
         let new_to = self.before.as_deref().unwrap_or("carom");
@@ -318,7 +307,6 @@ pub fn kept(dir: &Path) -> Result<Option<Night>, Error> {
     }
 }
 
-/// Keeps a night.
 pub fn keep(dir: &Path, night: &Night) -> Result<(), Error> {
     write_json(&dir.join(FILE), night)
 }

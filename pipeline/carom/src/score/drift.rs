@@ -20,7 +20,6 @@ const STEPS: usize = 2;
 /// What new strikes show of a table beside a version's default model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drift {
-    /// Strikes that show it.
     strikes: usize,
     /// Friction, gain and heading.
     quantities: Vec<Quantity>,
@@ -74,7 +73,6 @@ impl Drift {
         self.beyond_chance
     }
 
-    /// For a person.
     pub fn sentence(&self) -> String {
         let [friction, gain, heading] = [0, 1, 2].map(|i| self.quantities[i].by);
         let shift = Shift {

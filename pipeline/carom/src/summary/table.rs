@@ -11,11 +11,9 @@ use crate::trial::{Outcome, Trial};
 
 /// One line of a table of stop errors, in m.
 pub struct Line<'a> {
-    /// Model.
     pub name: &'a str,
     /// Mean, sd, median, p95.
     pub numbers: [f64; 4],
-    /// Strikes.
     pub n: usize,
     /// What is said behind.
     pub remark: String,

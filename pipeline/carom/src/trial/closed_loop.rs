@@ -19,9 +19,7 @@ use crate::robot::{Opened, Table, TrialRobot};
 /// Repeats of one command from which the rig's scatter is estimated.
 const FLOOR_REPEATS: usize = 25;
 
-/// What a trial is to strike.
 pub struct TrialSettings<'a> {
-    /// What strikes.
     pub robot: &'a TrialRobot,
     /// Version to strike with; the latest where none is named.
     pub version: Option<&'a str>,

@@ -6,10 +6,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use values::{Point, StopErrors};
 
-/// Where a trial is kept.
 pub const FILE: &str = "trial.json";
 
-/// One strike at a target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TargetStrike {
     /// Where the object rested, in m.
@@ -49,7 +47,6 @@ pub struct Outcome {
     /// Mean of what the plans expected, in m; none where a version does not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_miss: Option<f64>,
-    /// Every strike.
     pub strikes: Vec<TargetStrike>,
     /// Every target refused, which no number above counts.
     pub refusals: Vec<Refused>,
@@ -71,7 +68,6 @@ impl Outcome {
 /// The random targets struck again in sessions that the version has never seen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NewSessions {
-    /// How many.
     pub sessions: usize,
     /// Each target struck once, in one of the sessions; by model.
     #[serde(flatten)]

@@ -17,7 +17,6 @@ const TRIES: usize = 20;
 /// Share of training strikes at each end that targets keep clear of.
 const EDGE: f64 = 0.02;
 
-/// From where to where.
 pub type Pair = (Point, Point);
 
 /// Where the strikes that were learnt from started, and which paths they took.

@@ -20,7 +20,6 @@ const DOTS: f64 = 0.004;
 const WIDTH: f64 = 0.002;
 /// Angle in rad of the two strokes of an arrow's head to its shaft.
 const BARB: f64 = 0.5;
-/// Points of a circle.
 const CIRCLE: u32 = 48;
 
 /// A colour: its shares of red, green and blue, and how much it covers.
@@ -190,7 +189,6 @@ pub fn outline(solid: Solid, at: Point, yaw: f64) -> Vec<Point> {
     }
 }
 
-/// A circle, closed.
 pub fn circle(centre: Point, radius: f64) -> Vec<Point> {
     let bearing = |part| TAU * f64::from(part) / f64::from(CIRCLE);
     (0..=CIRCLE)

@@ -88,7 +88,6 @@ fn friction(drawing: &mut Drawing, rig: &Rig, change: impl Fn(Point) -> f64) {
     }
 }
 
-/// The edge of what has one.
 fn edge(drawing: &mut Drawing, rig: &Rig, added: &AddedEffect) -> Result<(), WorldError> {
     let values = effects::values(added)?;
     let ink = |change: f64| if change > 0.0 { MORE } else { LESS };

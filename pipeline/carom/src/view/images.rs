@@ -21,7 +21,6 @@ const MOST_OF_STRIKE: usize = 120;
 /// The frame of the rig's camera.
 const CAMERA: &str = "camera";
 
-/// Images of strikes.
 #[derive(Debug, Default)]
 pub struct Images {
     /// Each strike's, by its id.
@@ -96,7 +95,6 @@ impl Camera {
     }
 }
 
-/// Images of these strikes, from the logs that they were read from.
 pub fn images(read: &Read, strikes: &[&Strike]) -> Result<Images, Error> {
     let most = (MOST / strikes.len().max(1)).min(MOST_OF_STRIKE) as u32;
     let mut of_logs: BTreeMap<&str, Vec<&Strike>> = BTreeMap::new();
@@ -145,7 +143,6 @@ fn window(strike: &Strike, most: u32) -> Window {
 }
 
 impl Images {
-    /// How many there are.
     pub fn count(&self) -> usize {
         self.of_strikes.values().map(Vec::len).sum()
     }

@@ -43,9 +43,7 @@ fn ink(name: &str) -> Ink {
 /// What a file shows.
 #[derive(Debug, Default, Serialize)]
 pub struct Shown {
-    /// Strikes.
     pub strikes: usize,
-    /// Images of them.
     pub images: usize,
     /// How long a player plays, in s.
     pub duration: f64,

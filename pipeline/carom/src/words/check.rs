@@ -7,16 +7,13 @@ use values::{CommandFrame, RejectReason, Rig};
 /// A finding for a person.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Said {
-    /// What was seen, with numbers.
     pub seen: String,
-    /// What it most likely is.
     pub likely: String,
     /// The line of the rig file, or what to do, that mends it.
     pub mend: String,
 }
 
 impl Said {
-    /// In one sentence.
     pub fn sentence(&self) -> String {
         format!("{}: {}; {}", self.seen, self.likely, self.mend)
     }
@@ -31,7 +28,6 @@ pub fn severity(severity: Severity) -> &'static str {
     }
 }
 
-/// A finding in words.
 pub fn say(finding: &Finding, rig: &Rig) -> Said {
     let said = |seen: String, likely: &str, mend: String| Said {
         seen,

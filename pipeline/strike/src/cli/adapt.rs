@@ -36,7 +36,6 @@ struct Kept {
     recent: Recent,
 }
 
-/// By the strikes of these logs.
 pub fn by_logs(
     logs: &[PathBuf],
     artifact: &Artifact,

@@ -10,11 +10,8 @@ use strike::{LiveError, LogError, Reason, Refusal, TrustError};
 /// What went wrong; it chooses the exit code.
 #[derive(Debug)]
 pub enum Failure {
-    /// Something failed.
     Failed(String),
-    /// Wrong usage.
     Usage(String),
-    /// Bad input.
     Input(String),
     /// Another program holds what is needed.
     Busy(String),
@@ -22,7 +19,6 @@ pub enum Failure {
     Refused(Refusal),
 }
 
-/// A failure for a machine.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum FailureAsJson<'a> {

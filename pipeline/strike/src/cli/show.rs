@@ -23,10 +23,8 @@ pub struct Answer {
     /// Speed that the arm delivered at contact, in m/s, where it is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     delivered_speed: Option<f64>,
-    /// A warning for the operator.
     #[serde(skip_serializing_if = "Option::is_none")]
     warning: Option<String>,
-    /// The log.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log: Option<PathBuf>,
     /// Why the log was written under another name; none where it was not.
@@ -65,7 +63,6 @@ impl Answer {
         }
     }
 
-    /// The robot struck.
     pub fn struck(&mut self, struck: &StrikeRecord) {
         self.stopped = struck.stop;
         self.miss = struck.stop.map(|stop| stop.distance(self.plan.to));
@@ -161,7 +158,6 @@ fn expected(plan: &Details) -> String {
     }
 }
 
-/// What was adapted, by how much.
 fn adapted(adapted: &Adapted) -> String {
     let [friction, gain, heading] = adapted.deviations;
     format!(
@@ -174,7 +170,6 @@ fn adapted(adapted: &Adapted) -> String {
     )
 }
 
-/// The result of the strike.
 pub fn struck(answer: &Answer) -> Result<(), Failure> {
     let mut text = String::new();
     if let (Some(stop), Some(miss)) = (answer.stopped, answer.miss) {

@@ -30,7 +30,6 @@ const LATE: &str = "; set the clocks of camera and computer alike (NTP, PTP), or
 /// A strike is the one that was requested within so many m/s and rad.
 const SAME: f64 = 2e-3;
 
-/// One usable strike.
 #[derive(Clone, Debug)]
 struct CollectedStrike {
     id: String,
@@ -49,7 +48,6 @@ pub(super) struct Collection {
 }
 
 impl Collection {
-    /// Reads what is there.
     pub(super) fn open(folder: &Path, rig: &Rig) -> Result<Self, CollectError> {
         durable::create_dir(folder)?;
         let lock = Lock::acquire(&folder.join(LOCK))?;
@@ -82,7 +80,6 @@ impl Collection {
         Ok(collection)
     }
 
-    /// Usable strikes.
     pub(super) fn len(&self) -> usize {
         self.made.len()
     }
@@ -92,7 +89,6 @@ impl Collection {
         self.made.len() + self.useless
     }
 
-    /// What was struck from where.
     pub(super) fn made(&self) -> Vec<StrikeRequest> {
         let request = |made: &CollectedStrike| StrikeRequest {
             from: made.from,

@@ -32,7 +32,6 @@ pub(super) struct Sighting {
     pub(super) stamp: Option<i64>,
 }
 
-/// A channel that is listened to.
 #[derive(Debug)]
 pub(super) struct Subscription {
     pub(super) role: Role,
@@ -118,13 +117,11 @@ impl Channels {
         Ok(Some(subscription))
     }
 
-    /// Channels that are gone.
     pub(super) fn unadvertise(&mut self, ids: &[u64]) {
         self.listened
             .retain(|_, listened| !ids.contains(&listened.channel.id));
     }
 
-    /// The channel of a subscription.
     pub(super) fn of(&self, subscription: u32) -> Option<&Subscription> {
         self.listened.get(&subscription)
     }
@@ -138,7 +135,6 @@ impl Channels {
             .min()
     }
 
-    /// Names of what is there, for a person.
     pub(super) fn names(&self) -> String {
         let listened = self
             .listened

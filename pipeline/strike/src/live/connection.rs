@@ -91,7 +91,6 @@ impl Connection {
         }
     }
 
-    /// Sends a control message.
     pub(super) fn send(&mut self, text: String) -> Result<(), LiveError> {
         self.socket
             .send(Message::text(text))

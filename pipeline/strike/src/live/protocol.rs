@@ -19,17 +19,12 @@ const DATA_HEADER: usize = 13;
 /// A control message that matters here.
 #[derive(Debug)]
 pub(super) enum Control {
-    /// Channels that are there from now on.
     Advertise(Vec<Channel>),
-    /// Channels that are gone, by their ids.
     Unadvertise(Vec<u64>),
-    /// The server reports an error.
     Error(String),
-    /// Anything else.
     Other,
 }
 
-/// A channel as a server advertises it.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Channel {
@@ -115,7 +110,6 @@ pub(super) fn control(text: &str) -> Result<Control, String> {
     })
 }
 
-/// Asks for the messages of a channel.
 pub(super) fn subscribe(subscription: u32, channel: u64) -> String {
     format!(
         r#"{{"op":"subscribe","subscriptions":[{{"id":{subscription},"channelId":{channel}}}]}}"#

@@ -41,7 +41,6 @@ impl Places {
     }
 }
 
-/// Messages as they came.
 #[derive(Debug, Default)]
 pub(super) struct Recording {
     messages: VecDeque<(Instant, Received)>,

@@ -69,7 +69,6 @@ pub(super) struct Sentry {
     rig: Rig,
     before: Resting,
     in_a_row: usize,
-    /// When it was seen last.
     last: Instant,
     ends: Ends,
 }

@@ -19,16 +19,13 @@ pub enum Choice {
     Ur(String),
 }
 
-/// A robot that is not there.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum UnknownRobot {
-    /// No robot has the name.
     #[error("there is no robot `{0}`; robots are {KNOWN}")]
     Name(String),
-    /// An arm without its host.
     #[error("`{0}:` needs the arm's host after the colon, such as `{0}:192.168.1.10`")]
     NoHost(String),
-    /// `sim:` without its folder.
     #[cfg(feature = "sim")]
     #[error(transparent)]
     Sim(NotSim),

@@ -278,14 +278,6 @@ fn a_robots_own_rig_file_may_be_stricter_and_then_counts() {
 }
 
 #[test]
-fn a_folder_without_an_artifact_is_reported() {
-    let dir = tempfile::tempdir().unwrap();
-    let output = strike(dir.path(), &GOOD);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains(&dir.path().display().to_string()));
-}
-
-#[test]
 fn a_named_version_is_used_in_place_of_the_latest() {
     let dir = fixture::published();
     fixture::publish(dir.path(), 2);

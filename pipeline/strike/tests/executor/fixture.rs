@@ -8,11 +8,11 @@ use store::{
     Artifact, Calibrated, Contents, Key, Logged, Model, Network, Provenance, Signer, Store,
     TrainedRegion,
 };
+use strike::{Plan, Planner, Refusal};
 use tempfile::TempDir;
 use values::{Point, Rig, Shape, StopErrors};
-use world::{AddedEffect, Estimate, World};
+use world::{AddedEffect, World};
 
-/// Where the object rests.
 pub const FROM: Point = Point::new(0.3, 0.05);
 /// A target that breaks no limit.
 pub const TO: Point = Point::new(0.6, 0.1);
@@ -29,7 +29,6 @@ pub fn rig() -> Rig {
     Rig::demo(Shape::Cylinder)
 }
 
-/// A network that always answers with these.
 pub fn constant(answer: [f64; 2]) -> Network {
     let mut layers: Vec<_> = (0..LAYERS)
         .map(|layer| Layer {
@@ -49,10 +48,8 @@ fn sysid() -> World {
 
 fn effect() -> World {
     let mut world = sysid();
-    world.effects.push(AddedEffect {
-        name: "viscous_drag".into(),
-        parameters: [("rate".to_string(), Estimate::fixed(0.3))].into(),
-    });
+    let drag = AddedEffect::fixed("viscous_drag", &[("rate", 0.3)]);
+    world.effects.push(drag);
     world
 }
 
@@ -150,14 +147,24 @@ pub fn publish_signed(dir: &Path, seed: u64, signing: &Arc<Signing>) -> String {
     store.publish(&contents(seed)).unwrap()
 }
 
-/// A folder with one version.
 pub fn published() -> TempDir {
     let dir = tempfile::tempdir().unwrap();
     publish(dir.path(), 1);
     dir
 }
 
-/// The version, loaded.
 pub fn artifact() -> Artifact {
     Store::open(published().path()).load(None).unwrap()
+}
+
+/// The plan of a model from [`FROM`] to [`TO`].
+pub fn plan(model: Model) -> Plan {
+    let planner = Planner::new(&artifact(), model).unwrap();
+    planner.plan(FROM, TO).unwrap()
+}
+
+/// Why a model makes no plan.
+pub fn refusal(artifact: &Artifact, model: Model, from: Point, to: Point) -> Refusal {
+    let planner = Planner::new(artifact, model).unwrap();
+    planner.plan(from, to).expect_err("refused")
 }

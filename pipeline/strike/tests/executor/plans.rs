@@ -1,18 +1,11 @@
 //! What a plan holds.
 
 use store::Model;
-use strike::{Plan, Planner};
+use strike::Planner;
 use values::{Command, Conditions, Point};
 use world::{Profile, Simulator, World};
 
-use crate::fixture::{self, FROM, TO};
-
-fn plan(model: Model) -> Plan {
-    Planner::new(&fixture::artifact(), model)
-        .unwrap()
-        .plan(FROM, TO)
-        .unwrap()
-}
+use crate::fixture::{self, FROM, TO, plan};
 
 #[test]
 fn the_simulated_command_brings_the_object_to_the_target_in_its_world() {

@@ -2,19 +2,12 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use store::{Artifact, Model};
+use store::Model;
 use strike::{Plan, Planner, Ramp, Reason, Refusal};
-use values::{Obstacle, Point, Rig, Shape};
-use world::{AddedEffect, Estimate, World};
+use values::{Point, Rig, Shape};
+use world::{AddedEffect, World};
 
-use crate::fixture::{self, FROM, TO};
-
-fn refusal(artifact: &Artifact, model: Model, from: Point, to: Point) -> Refusal {
-    match Planner::new(artifact, model).unwrap().plan(from, to) {
-        Ok(plan) => panic!("planned {plan:?}"),
-        Err(refusal) => refusal,
-    }
-}
+use crate::fixture::{self, FROM, TO, refusal};
 
 /// The refusal of plain sysid, without the residual.
 fn check(from: Point, to: Point, reason: Reason, said: &str) {
@@ -91,10 +84,8 @@ fn a_target_that_no_speed_reaches_is_unreachable() {
 fn a_world_in_which_nothing_rests_diverges() {
     let mut artifact = fixture::artifact();
     let mut world = World::nominal(&artifact.rig).with("friction", 0.02);
-    world.effects.push(AddedEffect {
-        name: "table_tilt".into(),
-        parameters: [("tilt_x".to_string(), Estimate::fixed(0.1))].into(),
-    });
+    let tilt = AddedEffect::fixed("table_tilt", &[("tilt_x", 0.1)]);
+    world.effects.push(tilt);
     artifact.sysid.world = world;
     let refusal = refusal(&artifact, Model::Sysid, FROM, TO);
     assert_eq!(refusal.refused, Reason::Diverged);
@@ -123,16 +114,6 @@ fn the_final_speed_counts_not_the_simulated_one() {
     assert!(refusal.detail.contains("residual +0.0"), "{refusal}");
 }
 
-#[test]
-fn the_angle_must_be_the_arms() {
-    check(
-        Point::new(0.3, -0.1),
-        Point::new(0.5, 0.15),
-        Reason::AngleLimit,
-        "[-0.8000, 0.8000]",
-    );
-}
-
 /// The plan within a rig of its own, in which the arm stands as given.
 fn within(change: impl FnOnce(&mut Rig), from: Point, to: Point) -> Result<Plan, Refusal> {
     let artifact = fixture::artifact();
@@ -146,20 +127,6 @@ fn refused(answer: Result<Plan, Refusal>, reason: Reason, said: &str) {
     let refusal = answer.expect_err("refused");
     assert_eq!(refusal.refused, reason, "{refusal}");
     assert!(refusal.detail.contains(said), "{refusal}");
-}
-
-#[test]
-fn the_tip_must_stay_over_the_table_with_its_whole_radius() {
-    check(
-        Point::new(0.3, -0.55),
-        Point::new(0.55, -0.35),
-        Reason::Reach,
-        "`start`",
-    );
-    // It would start at (0.187, 0): before the table of a robot whose own table begins at 0.28.
-    let own_table = |rig: &mut Rig| rig.table.x.low = 0.28;
-    let answer = within(own_table, Point::new(0.32, 0.0), Point::new(0.65, 0.0));
-    refused(answer, Reason::Reach, "leaves its area at its `start`");
 }
 
 #[test]
@@ -203,27 +170,6 @@ fn a_run_up_that_does_not_fit_says_which_speed_would() {
 }
 
 #[test]
-fn an_obstacle_in_the_way_of_the_tip_is_met_by_its_radius() {
-    let disc = |y: f64| {
-        move |rig: &mut Rig| {
-            let centre = Point::new(0.22, y);
-            rig.robot.obstacles = vec![Obstacle::Disc {
-                centre,
-                radius: 0.05,
-            }];
-        }
-    };
-    let (from, to) = (Point::new(0.3, 0.0), Point::new(0.6, 0.0));
-    // Its radius, the tip's, and 7 mm that the arm may be off its line and brakes in.
-    refused(
-        within(disc(0.068), from, to),
-        Reason::Obstacle,
-        "obstacle 1",
-    );
-    assert!(within(disc(0.070), from, to).is_ok());
-}
-
-#[test]
 fn an_arm_that_brakes_more_slowly_than_the_object_pushes_it_again() {
     let mut artifact = fixture::artifact();
     artifact.rig.robot.acceleration = 2.0;
@@ -262,22 +208,6 @@ fn the_object_lies_where_training_strikes_started() {
     planner
         .plan(Point::new(0.5, 0.0), Point::new(0.8, 0.0))
         .unwrap();
-}
-
-#[test]
-fn the_whole_object_lies_on_the_table_at_rest() {
-    check(
-        Point::new(0.2, 0.575),
-        TO,
-        Reason::OffTable,
-        "edge is 0.0250 m",
-    );
-    check(
-        FROM,
-        Point::new(0.975, 0.0),
-        Reason::OffTable,
-        "edge is 0.0250 m",
-    );
 }
 
 #[test]

@@ -2,23 +2,11 @@
 
 use store::network::{LAYERS, Layer, SIZES};
 use store::{Artifact, Model, Network, TrainingExtent};
-use strike::{Plan, Planner, Reason, Refusal};
+use strike::{Planner, Reason};
 use values::{Command, Conditions, Point};
 use world::Simulator;
 
-use crate::fixture::{self, FROM, TO};
-
-fn plan(model: Model) -> Plan {
-    Planner::new(&fixture::artifact(), model)
-        .unwrap()
-        .plan(FROM, TO)
-        .unwrap()
-}
-
-fn refusal(artifact: &Artifact, model: Model, from: Point, to: Point) -> Refusal {
-    let planner = Planner::new(artifact, model).unwrap();
-    planner.plan(from, to).expect_err("refused")
-}
+use crate::fixture::{self, FROM, TO, plan, refusal};
 
 #[test]
 fn a_residual_makes_good_what_the_arm_delivers_otherwise_and_a_model_without_one_does_not() {

@@ -6,21 +6,10 @@ use rig::{Hidden, Sim, Truth};
 use store::{Artifact, Model};
 use strike::{Destination, OpenLog, Plan, Planner, Recent, Robot, SimRobot, TruthSource};
 use values::{Point, Shape, Strike};
-use world::{AddedEffect, Estimate, World};
+use world::{AddedEffect, World};
 
 use crate::fixture::{self, FROM, TO};
 
-fn added(name: &str, parameters: &[(&str, f64)]) -> AddedEffect {
-    AddedEffect {
-        name: name.into(),
-        parameters: parameters
-            .iter()
-            .map(|(name, value)| (name.to_string(), Estimate::fixed(*value)))
-            .collect(),
-    }
-}
-
-/// The artifact with these effects in place of its own.
 fn artifact(effects: Vec<AddedEffect>) -> Artifact {
     let mut artifact = fixture::artifact();
     let effect = artifact.effect.as_mut().unwrap();
@@ -35,7 +24,7 @@ fn artifact(effects: Vec<AddedEffect>) -> Artifact {
 /// Friction 20 % higher and lower than the mean of two sessions.
 fn two_sessions() -> Artifact {
     let changes = [("monday.mcap", 0.2), ("tuesday.mcap", -0.2)];
-    artifact(vec![added("friction_by_session", &changes)])
+    artifact(vec![AddedEffect::fixed("friction_by_session", &changes)])
 }
 
 fn plan(planner: &Planner) -> Plan {
@@ -125,7 +114,7 @@ fn the_embedded_rig_strikes_in_a_session_that_was_logged_or_in_a_new_one() {
 #[test]
 fn another_centre_of_the_camera_in_the_robots_own_rig_file_changes_no_plan() {
     let bent = [("k1", 0.15), ("center_x", 0.45), ("center_y", 0.0)];
-    let artifact = artifact(vec![added("camera_distortion", &bent)]);
+    let artifact = artifact(vec![AddedEffect::fixed("camera_distortion", &bent)]);
     let mut own = artifact.rig.clone();
     own.camera.centre = Point::new(0.3, 0.1);
     let there = Planner::within(&artifact, Model::Effect, &own).unwrap();
@@ -141,7 +130,6 @@ fn truth(friction: f64) -> Truth {
     truth
 }
 
-/// A strike in it as its log says it.
 fn struck(dir: &std::path::Path, friction: f64, place: usize) -> Strike {
     let rig = fixture::rig();
     let truth = truth(friction);

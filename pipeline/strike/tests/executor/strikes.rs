@@ -123,17 +123,6 @@ fn a_strike_with_a_named_log_has_a_scatter_of_its_own() {
 }
 
 #[test]
-fn a_log_with_the_highest_number_there_is_does_not_end_the_program() {
-    let dir = fixture::published();
-    let folder = dir.path().join("strikes");
-    fs::create_dir(&folder).unwrap();
-    fs::write(folder.join("strike_18446744073709551615.mcap"), "").unwrap();
-    let answer = answer(dir.path(), &STRIKE);
-    let log = folder.join("strike_000001.mcap");
-    assert_eq!(answer["log"], log.to_str().unwrap());
-}
-
-#[test]
 fn a_strike_whose_log_is_taken_while_it_is_made_is_kept_and_reported() {
     let dir = fixture::published();
     let log = dir.path().join("one.mcap");

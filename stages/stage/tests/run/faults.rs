@@ -5,9 +5,11 @@ use std::path::Path;
 use std::sync::atomic::AtomicUsize;
 
 use serde::Serialize;
-use stage::{ItemStage, Options, Progress, Run, RunError, Stage, StageError};
+use stage::{ItemStage, Progress, Run, RunError, Stage, StageError};
 
-use crate::fixture::{Sum, Times, TimesError, below, expected, files, listed, open, sum, times};
+use crate::fixture::{
+    Sum, Times, TimesError, below, counted, expected, files, listed, open, options, sum, times,
+};
 
 #[test]
 fn every_damaged_byte_of_an_answer_is_seen_and_the_answer_computed_again() {
@@ -124,34 +126,17 @@ fn a_wrong_number_of_answers_is_an_error() {
 /// One run of both stages, in a folder where a fault may strike.
 fn both(dir: &Path, items: &[u32]) -> Result<(f64, Vec<Vec<f64>>), StageError> {
     let (count, runs) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let run = Run::open(
-        dir,
-        Options {
-            engine: "test 1".into(),
-            is_quiet: true,
-        },
-    )?;
+    let run = Run::open(dir, options("test 1"))?;
     let store = |error| match error {
         RunError::Stage(error) => error,
         RunError::Store(error) => error,
     };
-    let total = run
-        .stage(
-            &Sum {
-                factor: 1.0,
-                runs: &runs,
-            },
-            &[1.0, 2.0],
-        )
-        .map_err(store)?;
-    let answers = run.items(
-        &Times {
-            items: &count,
-            fails_at: None,
-        },
-        &2.0,
-        items,
-    );
+    let sum = Sum {
+        factor: 1.0,
+        runs: &runs,
+    };
+    let total = run.stage(&sum, &[1.0, 2.0][..]).map_err(store)?;
+    let answers = run.items(&counted(&count), &2.0, items);
     match answers {
         Ok(answers) => Ok((total, answers)),
         Err(RunError::Store(error)) => Err(error),

@@ -98,11 +98,7 @@ impl ListStage for Below<'_> {
 pub type Lists = (Vec<(f64, Vec<f64>)>, usize);
 
 pub fn below(dir: &Path, items: &[u32]) -> Result<Lists, StageError> {
-    let options = Options {
-        engine: "test 1".into(),
-        is_quiet: true,
-    };
-    let run = Run::open(dir, options)?;
+    let run = Run::open(dir, options("test 1"))?;
     let count = AtomicUsize::new(0);
     let lists = match run.lists(&Below { items: &count }, &(), items) {
         Ok(lists) => lists,
@@ -127,39 +123,38 @@ pub fn listed(items: &[u32]) -> Vec<(f64, Vec<f64>)> {
     items.iter().map(list).collect()
 }
 
-pub fn open(dir: &Path) -> Run {
-    let options = Options {
-        engine: "test 1".into(),
+pub fn options(engine: &str) -> Options {
+    Options {
+        engine: engine.into(),
         is_quiet: true,
-    };
-    Run::open(dir, options).expect("free folder")
+    }
+}
+
+pub fn open(dir: &Path) -> Run {
+    Run::open(dir, options("test 1")).expect("free folder")
+}
+
+/// Multiplies without failing.
+pub fn counted(items: &AtomicUsize) -> Times<'_> {
+    let fails_at = None;
+    Times { items, fails_at }
+}
+
+/// What a run sums.
+pub fn summed(run: &Run, factor: f64, runs: &AtomicUsize, input: &[f64]) -> f64 {
+    run.stage(&Sum { factor, runs }, input).expect("sums")
 }
 
 pub fn sum(dir: &Path, factor: f64, input: &[f64]) -> (f64, usize) {
     let runs = AtomicUsize::new(0);
-    let answer = open(dir)
-        .stage(
-            &Sum {
-                factor,
-                runs: &runs,
-            },
-            input,
-        )
-        .expect("sums");
+    let answer = summed(&open(dir), factor, &runs, input);
     (answer, runs.into_inner())
 }
 
 pub fn times(dir: &Path, shared: f64, items: &[u32]) -> (Vec<Vec<f64>>, usize) {
     let count = AtomicUsize::new(0);
     let answers = open(dir)
-        .items(
-            &Times {
-                items: &count,
-                fails_at: None,
-            },
-            &shared,
-            items,
-        )
+        .items(&counted(&count), &shared, items)
         .expect("multiplies");
     (answers, count.into_inner())
 }

@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use stage::{Options, Run, StageError};
 
-use crate::fixture::{Below, Sum, Times, below, expected, files, listed, open, sum, times};
+use crate::fixture::{
+    Below, below, counted, expected, files, listed, open, options, sum, summed, times,
+};
 
 #[test]
 fn a_stage_runs_again_only_for_other_settings_or_input() {
@@ -22,19 +24,8 @@ fn another_engine_computes_anew() {
     let dir = tempfile::tempdir().expect("folder");
     sum(dir.path(), 2.0, &[1.0]);
     let runs = AtomicUsize::new(0);
-    let options = Options {
-        engine: "test 2".into(),
-        is_quiet: true,
-    };
-    let run = Run::open(dir.path(), options).expect("free folder");
-    run.stage(
-        &Sum {
-            factor: 2.0,
-            runs: &runs,
-        },
-        &[1.0],
-    )
-    .expect("sums");
+    let run = Run::open(dir.path(), options("test 2")).expect("free folder");
+    summed(&run, 2.0, &runs, &[1.0]);
     assert_eq!(runs.into_inner(), 1);
 }
 
@@ -70,23 +61,9 @@ fn the_summary_counts_what_was_computed_and_reused() {
     times(dir.path(), 1.0, &[1, 2, 3]);
     let (count, runs) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let run = open(dir.path());
-    run.items(
-        &Times {
-            items: &count,
-            fails_at: None,
-        },
-        &1.0,
-        &[2, 3, 4],
-    )
-    .expect("multiplies");
-    run.stage(
-        &Sum {
-            factor: 1.5,
-            runs: &runs,
-        },
-        &[1.0],
-    )
-    .expect("sums");
+    run.items(&counted(&count), &1.0, &[2, 3, 4])
+        .expect("multiplies");
+    summed(&run, 1.5, &runs, &[1.0]);
     let summary = run.summary();
     let rows: Vec<_> = summary
         .stages
@@ -141,25 +118,8 @@ fn answers_that_nothing_asks_for_do_not_pile_up() {
     // One run may ask for more than are spared.
     let runs = AtomicUsize::new(0);
     let run = open(dir.path());
-    for factor in 100..120 {
-        run.stage(
-            &Sum {
-                factor: f64::from(factor),
-                runs: &runs,
-            },
-            &[1.0],
-        )
-        .expect("sums");
-    }
-    for factor in 100..120 {
-        run.stage(
-            &Sum {
-                factor: f64::from(factor),
-                runs: &runs,
-            },
-            &[1.0],
-        )
-        .expect("sums");
+    for factor in (100..120).chain(100..120) {
+        summed(&run, f64::from(factor), &runs, &[1.0]);
     }
     assert_eq!(runs.into_inner(), 20);
 }

@@ -10,21 +10,19 @@ use std::time::Duration;
 use serde::Serialize;
 use stage::{Event, Options, PATIENCE, Progress, Run, Share, Stage, StageError, workers};
 
-use crate::fixture::{Below, Sum, Times, below, expected, files, listed, open, sum, times};
+use crate::fixture::{
+    Below, Sum, below, counted, expected, files, listed, open, options, sum, times,
+};
 
 const ITEMS: u32 = 300;
 
 fn join(dir: &Path, index: usize, count: usize, patience: Duration) -> Result<Run, StageError> {
-    let options = Options {
-        engine: "test 1".into(),
-        is_quiet: true,
-    };
     let share = Share {
         index,
         count,
         patience,
     };
-    Run::join(dir, options, share)
+    Run::join(dir, options("test 1"), share)
 }
 
 /// All that a worker is asked in these tests; how many answers it computed.
@@ -45,10 +43,7 @@ fn work(run: &Run) -> Result<usize, String> {
     };
     let sum = run.stage(&factor, &[1.0, 2.0][..]);
     assert_eq!(sum.map_err(|error| said(&error))?, 6.0);
-    let stage = Times {
-        items: &products,
-        fails_at: None,
-    };
+    let stage = counted(&products);
     // What a call before asked is not asked again, wherever the blocks begin.
     let some = run.items(&stage, &3.0, &items[5..100]);
     some.map_err(|error| said(&error))?;

@@ -12,7 +12,6 @@ pub struct Dictionary {
 /// OpenCV's, as `tests/peers/markers.py` writes them.
 const CODES: &str = include_str!("dictionaries.txt");
 
-/// The codes under a heading of that file.
 fn codes(heading: &str) -> Option<Vec<u64>> {
     let lines = CODES.lines().skip_while(|line| *line != heading).skip(1);
     // A heading is a single word.

@@ -7,7 +7,6 @@ use super::dictionary::Dictionary;
 /// The pattern of one marker, its black border among it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pattern {
-    /// Cells across.
     pub(crate) across: usize,
     /// Whether each cell is black, row by row.
     black: Vec<bool>,
@@ -41,7 +40,6 @@ impl Pattern {
         })
     }
 
-    /// Whether a cell is black.
     pub(crate) fn is_black(&self, column: usize, row: usize) -> bool {
         self.black[row * self.across + column]
     }

@@ -48,7 +48,6 @@ impl Homography {
         Some(Self { from, to, parts })
     }
 
-    /// Where a point is seen.
     pub(crate) fn seen(&self, at: [f64; 2]) -> [f64; 2] {
         let [x, y] = self.from.small(at);
         let [a, b, c, d, e, f, g, h] = self.parts;

@@ -3,16 +3,13 @@
 use super::bits::{Bits, Damage, NO_CODE, TOO_BRIGHT, TOO_LONG};
 use crate::huffman::{BLOCK, Codes, END};
 
-/// A component in a scan.
 pub(super) struct Blocks<'a> {
-    /// In a unit.
     pub(super) count: usize,
     pub(super) means: Means<'a>,
     pub(super) codes: &'a Codes,
 }
 
 impl Blocks<'_> {
-    /// Checks the blocks of a unit.
     #[inline]
     pub(super) fn check(&mut self, bits: &mut Bits<'_>) -> Result<(), Damage> {
         for _ in 0..self.count {
@@ -49,7 +46,6 @@ impl Blocks<'_> {
 
 pub(super) struct Means<'a> {
     pub(super) codes: &'a Codes,
-    /// Quantisation step.
     pub(super) step: i32,
     /// The mean before, in those steps.
     pub(super) mean: i32,

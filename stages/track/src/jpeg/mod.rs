@@ -72,7 +72,6 @@ struct Header {
 }
 
 impl ScanCheck {
-    /// Checks all scans of a JPEG.
     pub(crate) fn check(&mut self, data: &[u8]) -> Result<(), Damage> {
         let Self {
             header,

@@ -12,7 +12,6 @@ pub(super) enum Pass<'a> {
     Means(Vec<(usize, Means<'a>)>),
     /// The next bit of the means of a unit's blocks, of all components together.
     MeansBit(usize),
-    /// Some coefficients of one component.
     Coefficients(Coefficients<'a>),
 }
 
@@ -30,7 +29,6 @@ pub(super) struct Coefficients<'a> {
 }
 
 impl Pass<'_> {
-    /// Checks the blocks of a unit.
     pub(super) fn check(&mut self, bits: &mut Bits<'_>) -> Result<(), Damage> {
         match self {
             Self::Means(components) => {

@@ -11,7 +11,6 @@ const RESTARTS: [u8; 2] = [0xd0, 0xd7];
 pub(super) enum Scan<'a> {
     /// Of each component, all coefficients.
     Baseline(Vec<Blocks<'a>>),
-    /// A part of the coefficients.
     Progressive(Pass<'a>),
 }
 

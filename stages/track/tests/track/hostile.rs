@@ -53,7 +53,6 @@ struct Tried {
     name: String,
     /// Answers and how often each was given.
     reasons: BTreeMap<&'static str, usize>,
-    /// Centres that are wrong and not marked.
     wrong: Vec<String>,
     /// Whether too few scenes have a reason that is true of them.
     is_unnamed: bool,

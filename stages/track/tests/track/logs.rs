@@ -241,24 +241,6 @@ fn a_frame_that_cannot_be_trusted_has_a_reason_and_no_centroid() {
 }
 
 #[test]
-fn one_stamp_far_ahead_costs_one_frame() {
-    let (rig, dir) = (small(), tempfile::tempdir().unwrap());
-    let far_ahead = 4_000_000_000;
-    let stamps = [1, 2, far_ahead, 3, 4, 5];
-    let shots = pictures(&rig, stamps.len());
-    let messages = shots.iter().zip(stamps);
-    let messages = messages.map(|((_, picture), at)| compressed(&picture.png().unwrap(), at));
-    let (log, out) = (dir.path().join("in.mcap"), dir.path().join("out.mcap"));
-    let messages: Vec<_> = messages.collect();
-    write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &messages);
-    let outcome = track_log(&log, &rig, &out, None).unwrap();
-    assert_eq!((outcome.frames, outcome.centroids), (6, 5), "{outcome:?}");
-    let stale = reports(&out).into_iter().map(|report| report.reason);
-    let stale: Vec<_> = stale.map(|reason| reason == Some(Reason::Stale)).collect();
-    assert_eq!(stale, stamps.map(|stamp| stamp == far_ahead));
-}
-
-#[test]
 fn a_frame_before_1970_has_a_reason() {
     let (mut rig, dir) = (small(), tempfile::tempdir().unwrap());
     rig.camera.stamp = StampMark::End;

@@ -226,7 +226,6 @@ fn an_image_from_the_middle_of_a_video_is_shown_as_it_was() {
     assert!(found.notes[0].contains("before it"), "{:?}", found.notes);
 }
 
-/// `foxglove.CompressedVideo`.
 fn message(at: u8, data: &[u8]) -> Vec<u8> {
     let varint = |mut number: u64| {
         let mut bytes = Vec::new();

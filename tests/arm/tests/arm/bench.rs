@@ -34,7 +34,6 @@ pub fn rig() -> Rig {
     rig
 }
 
-/// A plan of sysid for this rig.
 pub fn plan(rig: &Rig, to: Point) -> Plan {
     let planner = Planner::within(&fixture::artifact(), store::Model::Sysid, rig).unwrap();
     planner
@@ -60,7 +59,6 @@ pub fn connect_to<D: Arm>(
     Guarded::connect("arm", &emulator.ports, rig, interrupted)
 }
 
-/// An xArm, connected and claimed.
 pub fn connect(emulator: &Emulator, rig: &Rig) -> Result<Guarded<XArm>, RobotError> {
     connect_to(emulator, rig, Arc::default())
 }
@@ -174,7 +172,6 @@ impl Maker {
         }
     }
 
-    /// An emulator of such an arm.
     pub fn emulator(self, fault: Option<(Step, Fault)>) -> Emulator {
         self.listening(self.model(), fault)
     }
@@ -206,7 +203,6 @@ impl Maker {
         }
     }
 
-    /// An emulator of such an arm, and a strike of it.
     pub fn run(
         self,
         fault: Option<(Step, Fault)>,

@@ -121,7 +121,6 @@ fn slides_into(rig: &Rig, at: Point) -> Option<String> {
     edge.or_else(|| met(rig, at, half).map(|obstacle| format!("the object: {obstacle}")))
 }
 
-/// Places from one to another.
 fn places(from: Point, to: Point) -> impl Iterator<Item = Point> {
     let steps = (from.distance(to) / STEP).ceil().max(1.0) as u32;
     (0..=steps).map(move |step| from + (to - from) * (f64::from(step) / f64::from(steps)))
@@ -141,7 +140,6 @@ fn to_object(rig: &Rig, plan: &Plan, at: Point) -> f64 {
     }
 }
 
-/// What is wrong with a plan that was made.
 fn wrong(rig: &Rig, plan: &Plan, here: Point) -> Option<String> {
     let on_its_way = places(plan.start, plan.stop).find_map(|at| too_near(rig, at));
     let on_the_way_there = plan

@@ -493,7 +493,6 @@ fn an_arm_that_answers_nothing_is_not_waited_for_longer_than_allowed() {
     });
 }
 
-/// Lines that came to be moved.
 fn lines(emulator: &Emulator) -> usize {
     let is_line = |(_, event): &(_, Event)| matches!(event, Event::Line);
     emulator.events().iter().filter(|e| is_line(e)).count()

@@ -8,7 +8,6 @@ use super::kind::HardKind;
 /// A phenomenon that the rig can hide, and what is right to say of it: names, or verdicts without a name.
 type Right = (&'static str, &'static [&'static str]);
 
-/// All of them, by what their sets are for.
 const RIGHT: &[(HardKind, &[Right])] = &[
     (
         HardKind::Single,
@@ -148,13 +147,11 @@ const GROUPS: &[&[&str]] = &[
     &["camera_distortion", "camera_lean"],
 ];
 
-/// The phenomena of a kind of set.
 pub fn phenomena(kind: HardKind) -> impl Iterator<Item = &'static str> {
     let listed = RIGHT.iter().filter(move |(of, _)| *of == kind.listed());
     listed.flat_map(|(_, all)| all.iter().map(|(hidden, _)| *hidden))
 }
 
-/// The whole table, for the page.
 pub fn table() -> impl Iterator<Item = &'static Right> {
     RIGHT.iter().flat_map(|(_, all)| all.iter())
 }
@@ -166,7 +163,6 @@ pub fn right(hidden: &str) -> &'static [&'static str] {
         .map_or(&[], |(_, right)| *right)
 }
 
-/// Whether what is hidden has a right name.
 pub fn is_nameable(hidden: &str) -> bool {
     right(hidden).iter().any(|said| !VERDICTS.contains(said))
 }
@@ -184,7 +180,6 @@ pub fn can_be_distinguished(one: &str, other: &str) -> bool {
 /// A named effect and those that the diagnosis says it cannot distinguish from it.
 pub type Named = (String, Vec<String>);
 
-/// Whether a named effect says what is hidden.
 fn says(named: &Named, hidden: &str) -> bool {
     let (name, equivalent) = named;
     let right = right(hidden);

@@ -19,33 +19,28 @@ use super::{answers, noise};
 pub struct HardCase {
     /// The key by which a run resumes.
     pub id: String,
-    /// What it is for.
     pub kind: HardKind,
     /// Where everything random comes from.
     pub seed: u64,
 }
 
-/// A hard set as it was drawn.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Drawn {
     /// Phenomena that are hidden, by the rig's name; a wrong scale of the camera is none.
     pub hidden: Vec<String>,
     /// How large each is, in units of the noise floor.
     pub magnitudes: Vec<f64>,
-    /// How its strikes were chosen.
     pub design: Design,
     /// The strikes that are made, in their order.
     pub plan: Vec<PlannedStrike>,
     /// Strikes of them that no log has: from which, and up to which.
     pub missing: (usize, usize),
-    /// Number of sessions.
     pub sessions: usize,
     /// The rig, with effects, noise, and a rig file that may be wrong.
     pub truth: Truth,
 }
 
 impl Drawn {
-    /// What the rig is to make.
     pub(super) fn make(&self) -> Make<'_> {
         Make {
             truth: &self.truth,
@@ -56,12 +51,10 @@ impl Drawn {
         }
     }
 
-    /// How many strikes the logs have.
     pub fn strikes(&self) -> usize {
         self.plan.len() - (self.missing.1 - self.missing.0)
     }
 
-    /// Strikes of a session.
     fn a_session(&self) -> usize {
         self.plan.len().div_ceil(self.sessions)
     }

@@ -10,7 +10,6 @@ use values::Interval;
 use super::super::form::{one_of, uniform};
 use super::kind::HardKind;
 
-/// A design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Design {
@@ -36,7 +35,6 @@ pub enum Design {
     Sweep,
 }
 
-/// All of them.
 pub const DESIGNS: [Design; 10] = [
     Design::Random,
     Design::Few,
@@ -56,7 +54,6 @@ const WIDE: usize = 5;
 /// Share of the sets in the demo's design: of those that hide nothing, and of the others.
 const RANDOM_CONTROLS: f64 = 0.35;
 const RANDOM: f64 = 0.6;
-/// Numbers of strikes at random.
 const STRIKES: [usize; 5] = [40, 60, 90, 120, 160];
 /// The object stays this far from the table's edge where nothing is hidden, in m: room for what will be.
 const MARGIN: f64 = 0.08;
@@ -66,7 +63,6 @@ const PUT_DOWN: f64 = 0.002;
 const TRIES: usize = 2000;
 
 impl Design {
-    /// In words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Random => "at random, as the demo",

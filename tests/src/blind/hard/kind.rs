@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What a hard set is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HardKind {
@@ -37,7 +36,6 @@ pub(super) const OF_TWENTY: [(HardKind, usize); 8] = [
 ];
 
 impl HardKind {
-    /// The kind in a word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Control => "control",

@@ -74,7 +74,6 @@ pub(super) fn draw(random: &mut ChaCha8Rng) -> Noise {
     noise
 }
 
-/// What makes a set odd.
 pub(super) fn odd(random: &mut ChaCha8Rng) -> NoiseKind {
     one_kind(ODD, random)
 }
@@ -101,7 +100,6 @@ fn one_kind(listed: &[(&str, &[Range])], random: &mut ChaCha8Rng) -> NoiseKind {
     kind
 }
 
-/// Every kind that is drawn.
 pub(super) fn kinds() -> impl Iterator<Item = &'static str> {
     RANGES.iter().map(|(name, _)| *name)
 }

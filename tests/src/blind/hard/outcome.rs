@@ -11,14 +11,11 @@ use super::super::set::{Answer, DiagnosedSet};
 use super::answers::is_nameable;
 use super::cases::{Drawn, HardCase, draw};
 
-/// A set and what was said of it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct HardOutcome {
-    /// The set.
     pub case: HardCase,
     /// What it was drawn to be; none where the rig could not make it.
     pub drawn: Option<Drawn>,
-    /// What was said.
     pub answer: Answer,
     /// Parameters that have a truth, and the intervals found.
     pub covered: Vec<Covered>,
@@ -61,17 +58,14 @@ impl HardOutcome {
         self.answer.named.len() > nameable.count()
     }
 
-    /// Whether a name was said that is not what is hidden.
     pub fn has_a_wrong_name(&self) -> bool {
         super::said(self.hidden(), &self.answer.named) < self.answer.named.len()
     }
 
-    /// Whether a kind of noise acts.
     pub fn has_noise(&self, name: &str) -> bool {
         self.noise().contains(&name)
     }
 
-    /// The kinds of noise that act.
     pub fn noise(&self) -> Vec<&'static str> {
         let truth = self.drawn.iter().map(|drawn| &drawn.truth);
         truth
@@ -87,7 +81,6 @@ impl HardOutcome {
             .any(|effect| effect.name() == "camera_scale")
     }
 
-    /// Whether a box is struck.
     pub fn is_box(&self) -> bool {
         self.drawn
             .as_ref()

@@ -14,7 +14,6 @@ use super::{answers, rows};
 /// The key of this benchmark's runs in `tests/judged.json`.
 pub const BENCHMARK: &str = "hard";
 
-/// The page in Markdown; notes the run in `judged`.
 pub fn hard_page(outcomes: &[HardOutcome], judged: &mut Judged, command: &str) -> String {
     let made: Vec<&HardOutcome> = outcomes
         .iter()
@@ -189,7 +188,6 @@ fn intervals(text: &mut String, made: &[&HardOutcome]) {
     }
 }
 
-/// Every set that is wrong.
 fn wrong(text: &mut String, made: &[&HardOutcome]) {
     let _ = writeln!(
         text,
@@ -224,7 +222,6 @@ fn wrong(text: &mut String, made: &[&HardOutcome]) {
     }
 }
 
-/// The table that grades.
 fn grading(text: &mut String) {
     let _ = writeln!(
         text,

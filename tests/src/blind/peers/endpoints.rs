@@ -6,7 +6,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use values::Point;
 
-/// Draws of the bootstrap.
 const DRAWS: usize = 299;
 
 /// Residuals of the null and the directions in which candidates change them.

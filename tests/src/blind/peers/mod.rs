@@ -18,10 +18,8 @@ use super::set::{Made, Make, strikes};
 
 use fits::{Candidate, Fits};
 
-/// What the peers make of a set.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Peers {
-    /// The set.
     pub id: String,
     /// Held-out strikes, and their rms stop error in m with every parameter freed; none where the set cannot be fitted.
     pub freed: Option<(usize, f64)>,

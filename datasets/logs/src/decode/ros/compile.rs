@@ -212,7 +212,6 @@ impl<'a> Compiler<'a> {
         Ok(())
     }
 
-    /// Steps into a member of which something is wanted.
     fn take(
         &self,
         user: &Definition,
@@ -356,7 +355,6 @@ fn types_in(steps: &[Step], types: &mut Vec<usize>) {
     }
 }
 
-/// What is wanted of a type that is a stamp.
 fn stamp_want(definition: &Definition) -> Option<FieldTree> {
     let fields: Vec<_> = definition
         .members

@@ -10,7 +10,6 @@ use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 use values::FieldTopic;
 
-/// How messages are encoded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Encoding {
     Cdr,
@@ -243,7 +242,6 @@ pub fn read(bytes: &[u8]) -> Result<(Vec<Sample>, Summary), LogError> {
     read_topic(bytes, TopicRequest::required(&topic("/p")))
 }
 
-/// The same of any topic.
 pub fn read_topic(
     bytes: &[u8],
     topic: TopicRequest<'_>,

@@ -49,7 +49,6 @@ fn presets() -> [(&'static str, WriteOptions); 4] {
     ]
 }
 
-/// Little-endian CDR.
 struct Cdr(Vec<u8>);
 
 impl Cdr {

@@ -139,7 +139,6 @@ pub(super) fn check_marker(object: &Object) -> Result<(), RigError> {
     Ok(())
 }
 
-/// Checks the topic of images.
 pub(super) fn check_topic(topic: Option<&ImageTopic>) -> Result<(), RigError> {
     let Some(topic) = topic else { return Ok(()) };
     let refused = |key: &str, text: &str, why: &str| {

@@ -27,7 +27,6 @@ const LARGEST_DELAY: f64 = 3600.0;
 /// Strongest arm, in m/s².
 const LARGEST_ACCELERATION: f64 = 1_000.0;
 
-/// Checks every value of a rig.
 pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
     object(&rig.object)?;
     positive(

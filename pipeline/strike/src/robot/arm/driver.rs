@@ -43,7 +43,6 @@ pub(crate) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     norm(std::array::from_fn(|i| a[i] - b[i]))
 }
 
-/// Length of a vector.
 pub(crate) fn norm(vector: [f64; 3]) -> f64 {
     vector.iter().map(|v| v * v).sum::<f64>().sqrt()
 }

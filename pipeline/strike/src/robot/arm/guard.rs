@@ -40,14 +40,11 @@ pub(super) struct Sample {
     pub(super) at: Instant,
     /// When it was made, by the controller's clock set by the quickest reports.
     pub(super) made: Instant,
-    /// What it said.
     pub(super) report: Report,
 }
 
-/// What is guarded.
 #[derive(Debug)]
 pub(super) enum Guard {
-    /// A line.
     Line(Box<OnLine>),
     /// Rest, where the first report finds it.
     Rest(Option<[f64; 3]>),
@@ -72,7 +69,6 @@ impl Guard {
         }
     }
 
-    /// The line that is guarded.
     pub(super) fn on_line(&self) -> Option<&OnLine> {
         match self {
             Self::Line(line) => Some(line),
@@ -81,7 +77,6 @@ impl Guard {
     }
 }
 
-/// A line that is being moved on.
 #[derive(Debug)]
 pub(super) struct OnLine {
     line: Line,
@@ -110,7 +105,6 @@ impl OnLine {
         }
     }
 
-    /// When the line was sent.
     pub(super) fn sent(&self) -> Instant {
         self.sent
     }

@@ -3,7 +3,6 @@
 use super::driver::{Pose, distance};
 use crate::stroke::Ramp;
 
-/// A line that was requested.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
     /// Where it begins, x, y, z in m.
@@ -14,7 +13,6 @@ pub(super) struct Line {
     pub(super) speed: f64,
     /// Distance from the beginning, in m, at which that speed must be reached; none where it need not.
     pub(super) reached_at: Option<f64>,
-    /// When where.
     pub(super) profile: Profile,
     /// It begins within so many s of being sent.
     pub(super) start: f64,

@@ -23,7 +23,6 @@ const FEWEST: usize = 12;
 /// An arm rests whose positions of that time, three quarters of it at the least, lie within so many m.
 const REST: f64 = 0.0003;
 
-/// What the watch knows.
 #[derive(Debug, Default)]
 struct Seen {
     last: Option<Sample>,
@@ -71,7 +70,6 @@ impl RunUp {
     }
 }
 
-/// The threads, and what they know.
 #[derive(Debug)]
 pub(super) struct Watch {
     shared: Arc<Shared>,
@@ -145,7 +143,6 @@ impl Watch {
         self.shared.lock().broken.clone()
     }
 
-    /// Records from now on.
     pub(super) fn record(&self) {
         let mut seen = self.shared.lock();
         seen.record.clear();
@@ -262,7 +259,6 @@ impl Shared {
     }
 }
 
-/// Notes why, and stops the arm.
 fn stop(outlet: &Outlet, seen: &mut Seen, why: String) {
     let sent = outlet.stop();
     let why = match sent {

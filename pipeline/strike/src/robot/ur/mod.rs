@@ -46,7 +46,6 @@ pub struct Ur {
     asked: Vec<LineRequest>,
 }
 
-/// A pose as URScript writes it.
 fn written(pose: &Pose) -> String {
     let ([x, y, z], [a, b, c]) = (pose.at, pose.turn.to_vector());
     format!("p[{x:.6},{y:.6},{z:.6},{a:.6},{b:.6},{c:.6}]")

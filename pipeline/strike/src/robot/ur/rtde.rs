@@ -41,7 +41,6 @@ pub(super) struct Sample {
 /// Signs of life are given until the outlet is stopped, with the number of the line that is to be moved.
 pub(super) type Alive = (Outlet, Arc<AtomicI32>);
 
-/// A stream of samples.
 #[derive(Debug)]
 pub(super) struct Stream {
     stream: TcpStream,
@@ -187,13 +186,11 @@ fn ask(stream: &mut TcpStream, kind: u8, body: &[u8]) -> io::Result<Vec<u8>> {
     }
 }
 
-/// A package of a kind.
 fn package(kind: u8, body: &[u8]) -> Vec<u8> {
     let length = (body.len() as u16 + 3).to_be_bytes();
     [&length, &[kind][..], body].concat()
 }
 
-/// Reads one: its kind and content.
 fn read(stream: &mut impl Read) -> io::Result<(u8, Vec<u8>)> {
     let length = |[high, low, _]: [u8; 3]| usize::from(u16::from_be_bytes([high, low]));
     let mut package = read_frame(stream, length, 3..=LONGEST)?;

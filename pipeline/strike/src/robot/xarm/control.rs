@@ -75,7 +75,6 @@ impl Control {
         Ok(pose)
     }
 
-    /// Enables all motors.
     pub(super) fn enable(&mut self) -> io::Result<()> {
         /// Stands for all axes.
         const ALL: u8 = 8;

@@ -9,7 +9,6 @@ use crate::robot::arm::{garbage, read_frame};
 
 /// The private protocol's number in a header.
 const PROTOCOL: u16 = 2;
-/// Bytes of a header, with the register.
 const HEADER: usize = 7;
 /// Longest reply that is read, in bytes: the longest of those used here has 50.
 const LONGEST_REPLY: usize = 1024;
@@ -103,16 +102,13 @@ pub fn line_payload(
     Ok(payload)
 }
 
-/// A reply.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reply {
     /// Number of the request.
     pub transaction: u16,
-    /// Register of the request.
     pub register: u8,
     /// Bits: 0x40 an error is set, 0x20 a warning, 0x10 not ready to move, 0x08 the request is invalid.
     pub status: u8,
-    /// The parameters.
     pub payload: Vec<u8>,
 }
 

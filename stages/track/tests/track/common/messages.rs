@@ -9,7 +9,6 @@ use values::{Point, Rig, Shape};
 
 use super::{Case, places, rig, tall};
 
-/// Of the stamps.
 pub const SECOND: i64 = 1_700_000_000;
 
 /// Little-endian CDR of ROS 2, and ROS 1's without alignment.
@@ -58,7 +57,6 @@ pub fn compressed(data: &[u8], at: u32) -> Vec<u8> {
     wire.text("jpeg").bytes(data).0
 }
 
-/// `foxglove.CompressedImage`.
 pub fn protobuf(data: &[u8], at: u32) -> Vec<u8> {
     let varint = |mut number: u64, to: &mut Vec<u8>| {
         while number > 127 {
@@ -94,7 +92,6 @@ pub fn write_with(
     write_on("/camera/image", path, (schema, encoding), messages, first);
 }
 
-/// The same, on a topic.
 pub fn write_on(
     topic: &str,
     path: &Path,

@@ -9,7 +9,6 @@ use render::{Moment, Optics, Renderer, Scene};
 use track::{Decoder, Image, ImageMessage, Observation, Payload, Tracker};
 use values::{Object, Point};
 
-/// A picture as `track` reads it.
 pub fn decoded(decoder: &mut Decoder, jpeg: Option<u8>, picture: &render::Picture) -> Image {
     let data = match jpeg {
         Some(quality) => picture.jpeg(quality).expect("encodes"),
