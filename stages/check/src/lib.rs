@@ -150,6 +150,15 @@ const MOST_LOST: f64 = 0.05;
 const DRIFT: f64 = 0.1;
 const DRIFT_ERRORS: f64 = 6.0;
 
+/// Values of pairs without what goes with the commanded speed: the ramp to a faster plateau takes longer.
+fn beside_speed(pairs: &[Pair], of: impl Fn(&Pair) -> f64) -> Vec<f64> {
+    let points: Vec<(f64, f64)> = pairs.iter().map(|p| (p.command.speed, of(p))).collect();
+    let line = statistics::line(&points);
+    let at = |speed: f64| line.map_or(0.0, |line| line.at_zero + line.slope * speed);
+    let left = points.iter().map(|(speed, value)| value - at(*speed));
+    left.collect()
+}
+
 fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (log, of) in logs.iter().zip(paired) {
@@ -181,10 +190,13 @@ fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
                 motions: log.seen.motions.len(),
             });
         }
-        let points: Vec<(f64, f64)> = of.pairs.iter().map(|p| (p.command.rise, p.lag)).collect();
+        let rises = beside_speed(&of.pairs, |pair| pair.command.rise);
+        let lags = beside_speed(&of.pairs, |pair| pair.lag);
+        let points: Vec<(f64, f64)> = rises.into_iter().zip(lags).collect();
         if let Some(line) = statistics::line(&points) {
-            let span = points.iter().map(|p| p.0).fold(f64::NEG_INFINITY, f64::max)
-                - points.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
+            let first = of.pairs.iter().map(|pair| pair.command.rise);
+            let span = first.clone().fold(f64::NEG_INFINITY, f64::max)
+                - first.fold(f64::INFINITY, f64::min);
             let drifted = line.slope * span;
             if drifted.abs() > DRIFT && line.slope.abs() > DRIFT_ERRORS * line.slope_error {
                 findings.push(Finding::ClockDrift {
