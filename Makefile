@@ -52,7 +52,7 @@ ZIGBUILD = $(WITH_TOOLS) $(WITH_LIBRARY) $(SMALLER) cargo zigbuild --locked --pr
 foreign:
 	rustup --quiet target add $(TARGET)
 	sh artifacts/world/native/install.sh $(FOREIGN)/native $(MACHINE)
-	sh pipeline/dist/emulator.sh $(FOREIGN)/emulator $(MACHINE)
+	sh pipeline/dist/emulator.sh $(FOREIGN)/emulator $(MACHINE) bullseye libc6 libstdc++6
 	@test -e $(DEMO)/latest || $(MAKE) run
 programs: setup $(TOOLS)/done $(if $(IS_FOREIGN),build foreign)
 	$(ZIGBUILD) --package carom --package carom-python --features carom-python/extension
@@ -79,6 +79,14 @@ ifeq ($(IS_FOREIGN),)
 	$(SHIPPED)/empty/bin/python -m pip install --quiet --disable-pip-version-check dist/carom-*_$(MACHINE).whl --requirement pipeline/python/tests/requirements.txt
 	cd $(SHIPPED)/empty && env -i PATH= HOME="$(CURDIR)/$(SHIPPED)/empty" CAROM_NOTEBOOK="$(CURDIR)/$(SHIPPED)" \
 		bin/python -m pytest -q -p no:cacheprovider "$(CURDIR)/pipeline/python/tests"
+else
+	sh pipeline/dist/emulator.sh $(FOREIGN)/python $(MACHINE) bookworm python3
+	rm -rf $(FOREIGN)/empty
+	$(TOOLS)/bin/python -m pip install --quiet --disable-pip-version-check --target $(FOREIGN)/empty --only-binary :all: --python-version 3.11 \
+		$(addsuffix _$(MACHINE),--platform manylinux_2_31 --platform manylinux_2_28 --platform manylinux2014) \
+		dist/carom-*_$(MACHINE).whl --requirement pipeline/python/tests/requirements.txt
+	cd $(FOREIGN)/empty && env -i PATH= HOME="$(CURDIR)/$(FOREIGN)/empty" PYTHONPATH="$(CURDIR)/$(FOREIGN)/empty" \
+		../python/run ../python/root/usr/bin/python3 -m pytest -q -p no:cacheprovider -k "not programs_do and not programs_run and not stubs" "$(CURDIR)/pipeline/python/tests/test_carom.py"
 endif
 
 # 500 demo strikes, the whole pipeline, and one strike at a target with what came of it.
