@@ -41,7 +41,7 @@ def say(root, command, path, **environment):
     """Runs one command in a machine; returns how it went for the page."""
     begin = time.monotonic()
     # With its own /proc: a program finds its libraries by it.
-    inside = ["unshare", "--mount", "--pid", "--fork", f"--mount-proc={root}/proc", "chroot", root, "/bin/sh", "-c", f"cd /{HOME} && {command}"]
+    inside = [shutil.which("unshare"), "--mount", "--pid", "--fork", f"--mount-proc={root}/proc", shutil.which("chroot"), root, "/bin/sh", "-c", f"cd /{HOME} && {command}"]
     done = subprocess.run(inside, capture_output=True, text=True, env={"PATH": path, "HOME": f"/{HOME}", **environment})
     took = time.monotonic() - begin
     check(done.returncode == 0, f"{command} ({took:.0f} s)")
