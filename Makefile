@@ -1,6 +1,6 @@
 # Everything that carom needs beside rustup's stable Rust, Python 3 with pip and a C compiler is set up here,
 # under .native/. A second run of any target does nothing that is done.
-.PHONY: build install report viewers lerobot run test quick lint wheel dist programs foreign tracked blind kuka first-day curve bench pages fuzz arm loop living soak cluster setup clean
+.PHONY: build install stranger report viewers lerobot run test quick lint wheel dist programs foreign tracked blind kuka first-day curve bench pages fuzz arm loop living soak cluster setup clean
 .DEFAULT_GOAL := build
 
 DEMO := artifacts/demo
@@ -27,8 +27,8 @@ install: build
 
 # What is shipped, in dist/: small, for this machine's architecture and glibc 2.31 and later (Ubuntu 20.04, JetPack 5), linked by zig. It
 # compiles everything a second time: half an hour on two cores. `make dist TARGET=aarch64-unknown-linux-gnu` (and `make wheel` alike) is for
-# a Jetson or a Raspberry Pi: what it makes is tried under Debian's QEMU, with the glibc of Debian 11, on a run of the demo. Of that, `strike`
-# was made so far.
+# a Jetson or a Raspberry Pi: what it makes is tried under Debian's QEMU, programs with the glibc of Debian 11, on a run of the demo, the package
+# with the Python of Debian 12.
 HOST := $(shell uname -m)-unknown-linux-gnu
 TARGET := $(HOST)
 MACHINE := $(firstword $(subst -, ,$(TARGET)))
@@ -41,7 +41,7 @@ $(TOOLS)/done: pipeline/dist/requirements.txt
 	python3 -m venv $(TOOLS)
 	$(TOOLS)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	touch $@
-# The package is compiled with carom: both have the same dependencies. `strike` has neither the embedded rig nor SQLite.
+# The package, which maturin links, is compiled with carom: both have the same dependencies. `strike` has neither the embedded rig nor SQLite.
 FOREIGN := $(SHIPPED)/$(MACHINE)
 LIBRARY := $(if $(IS_FOREIGN),$(FOREIGN)/native,.native)/lib
 EMULATOR := $(if $(IS_FOREIGN),$(FOREIGN)/emulator/run)
@@ -52,10 +52,10 @@ ZIGBUILD = $(WITH_TOOLS) $(WITH_LIBRARY) $(SMALLER) cargo zigbuild --locked --pr
 foreign:
 	rustup --quiet target add $(TARGET)
 	sh artifacts/world/native/install.sh $(FOREIGN)/native $(MACHINE)
-	sh pipeline/dist/emulator.sh $(FOREIGN)/emulator $(MACHINE)
+	sh pipeline/dist/emulator.sh $(FOREIGN)/emulator $(MACHINE) bullseye libc6 libstdc++6
 	@test -e $(DEMO)/latest || $(MAKE) run
 programs: setup $(TOOLS)/done $(if $(IS_FOREIGN),build foreign)
-	$(ZIGBUILD) --package carom --package carom-python --features carom-python/extension
+	$(ZIGBUILD) --package carom --package carom-python --features carom-python/extension --bin carom
 	$(ZIGBUILD) --package strike --no-default-features
 	$(TOOLS)/bin/python pipeline/dist/notices.py $(TARGET) > $(SHIPPED)/NOTICES
 
@@ -65,7 +65,8 @@ dist: programs
 		$(if $(IS_FOREIGN),$(EMULATOR) $(DEMO) $(BIN))
 
 # The Python package with both programs inside, installed into an empty environment; its tests and its notebook run there with an empty
-# PATH. The notebook with its pictures is left in $(SHIPPED). Of another architecture its programs are tried as those of the archive are.
+# PATH. The notebook with its pictures is left in $(SHIPPED). Of another architecture the package is tried under QEMU, which starts no other program:
+# without the tests that do, and without GLFW, which asks another Python for its version.
 wheel: programs
 	install -D target/$(TARGET)/dist/strike pipeline/python/carom/bin/strike
 	install -m 644 $(SHIPPED)/NOTICES pipeline/python/carom
@@ -79,7 +80,20 @@ ifeq ($(IS_FOREIGN),)
 	$(SHIPPED)/empty/bin/python -m pip install --quiet --disable-pip-version-check dist/carom-*_$(MACHINE).whl --requirement pipeline/python/tests/requirements.txt
 	cd $(SHIPPED)/empty && env -i PATH= HOME="$(CURDIR)/$(SHIPPED)/empty" CAROM_NOTEBOOK="$(CURDIR)/$(SHIPPED)" \
 		bin/python -m pytest -q -p no:cacheprovider "$(CURDIR)/pipeline/python/tests"
+else
+	sh pipeline/dist/emulator.sh $(FOREIGN)/python $(MACHINE) bookworm python3 libstdc++6
+	rm -rf $(FOREIGN)/empty
+	$(TOOLS)/bin/python -m pip install --quiet --disable-pip-version-check --target $(FOREIGN)/empty --only-binary :all: --python-version 3.11 \
+		$(addsuffix _$(MACHINE),--platform manylinux_2_31 --platform manylinux_2_28 --platform manylinux2014) \
+		dist/carom-*_$(MACHINE).whl --requirement pipeline/python/tests/requirements.txt
+	cd $(FOREIGN)/empty && env -i PATH= MUJOCO_GL=disable HOME="$(CURDIR)/$(FOREIGN)/empty" PYTHONPATH="$(CURDIR)/$(FOREIGN)/empty" \
+		../python/run ../python/root/usr/bin/python3 -m pytest -q -p no:cacheprovider -k "not programs_do and not programs_run and not stubs" "$(CURDIR)/pipeline/python/tests/test_carom.py"
 endif
+
+# README's first commands in two fresh Debians, with what `make wheel` and `make dist` made, and the page that is committed: some two minutes. Needs
+# root and debootstrap.
+stranger:
+	python3 tests/peers/stranger.py artifacts/runs/stranger dist/carom-*_$(MACHINE).whl dist/carom-*-$(TARGET).tar.gz tests/STRANGER.md
 
 # 500 demo strikes, the whole pipeline, and one strike at a target with what came of it.
 run: build

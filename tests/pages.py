@@ -27,6 +27,7 @@ PAGES = {
     "LIVING": ("make living", [*RUNS, *STRIKES, "tests/src/living"]),
     "LOOP": ("make loop", [*RUNS, *STRIKES, "tests/arm"]),
     "LOOP_UR": ("make loop", [*RUNS, *STRIKES, "tests/arm"]),
+    "STRANGER": ("make stranger", [*RUNS, "pipeline/strike", "pipeline/python", "pipeline/dist"]),
     "TRACK": ("make bench PARTS=track", ["stages/track", "datasets/render"]),
 }
 # What a part of BENCH.md measures.

@@ -3,8 +3,8 @@
 import re
 import subprocess
 
-# Bytes. To reach is 35 MB for carom, which is 40.5, and 40.8 as the package's library.
-SIZES = {"carom": 41e6, "_carom.abi3.so": 41e6, "strike": 8e6, "wheel": 20e6}
+# Bytes.
+SIZES = {"carom": 35e6, "_carom.abi3.so": 36e6, "strike": 8e6, "wheel": 20e6}
 GLIBC = (2, 31)
 
 

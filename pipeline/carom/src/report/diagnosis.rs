@@ -247,12 +247,11 @@ fn next_strikes(strikes: &[NextStrike]) -> Markup {
         @if !strikes.is_empty() {
             h3 { "The most informative next strikes" }
             table {
-                thead { tr { th { "from x" } th { "from y" } th { "speed" } th { "angle" } th { "why" } } }
+                thead { tr { th { "from" } th { "speed" } th { "angle" } th { "why" } } }
                 tbody {
                     @for strike in strikes {
                         tr {
-                            td.number { (format!("{:.3} m", strike.x0)) }
-                            td.number { (format!("{:.3} m", strike.y0)) }
+                            td.number { (format!("({:.3}, {:.3}) m", strike.x0, strike.y0)) }
                             td.number { (format!("{:.2} m/s", strike.speed)) }
                             td.number { (format!("{:.3} rad", strike.angle)) }
                             td.words { (strike.why) }

@@ -74,11 +74,16 @@ pub fn provenance(
             manifest.provenance.default_model.to_string(),
         ),
     ];
-    let stages = manifest.provenance.stages.iter();
-    made_by.extend(stages.map(|stage| {
-        let name = format!("stage {}", stage.name);
-        (name, format!("version {}", stage.version))
-    }));
+    for stage in &manifest.provenance.stages {
+        let row = (
+            format!("stage {}", stage.name),
+            format!("version {}", stage.version),
+        );
+        // A stage that ran twice, with other settings, is the same stage.
+        if !made_by.contains(&row) {
+            made_by.push(row);
+        }
+    }
     Ok(Some(Provenance {
         version: Some(version),
         in_use: None,
