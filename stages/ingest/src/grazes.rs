@@ -11,7 +11,7 @@ use crate::bounces::Bounce;
 /// Frames before and after, at the least.
 const FRAMES: usize = 5;
 /// A change aside is there from so many standard errors, and from this, in m/s, on.
-const SURE: f64 = 6.0;
+const SURE: f64 = 5.0;
 const LEAST: f64 = 0.03;
 /// Root mean square of the frames about what was fitted, in deviations of the camera's noise, where it is a slide that was deflected.
 const FITS: f64 = 2.0;
