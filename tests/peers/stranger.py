@@ -29,7 +29,7 @@ def machine(suite, *packages):
     root = folder / suite
     if not (root / "ready").exists():
         shutil.rmtree(root, ignore_errors=True)
-        line = ["debootstrap", "--variant=minbase", *packages, suite, root, "http://deb.debian.org/debian"]
+        line = ["debootstrap", "--variant=minbase", *packages, suite, root]
         subprocess.run(line, check=True, stdout=subprocess.DEVNULL)
         (root / "ready").touch()
     shutil.rmtree(root / HOME, ignore_errors=True)
