@@ -296,7 +296,6 @@ fn turned(
 
 #[cfg(test)]
 mod tests {
-    use ingest::{CommandSeen, MotionSeen};
     use values::Point;
 
     use super::*;
@@ -309,20 +308,8 @@ mod tests {
                 let angle = angles.0 + (angles.1 - angles.0) * part;
                 let scatter = 0.035 * (5.1 * i as f64).sin();
                 let speed = 0.4 + 0.6 * (0.414 * i as f64).fract();
-                Pair {
-                    command: CommandSeen {
-                        rise: 6.0 * i as f64,
-                        fall: 6.0 * i as f64 + 0.4,
-                        speed,
-                        angle,
-                    },
-                    motion: MotionSeen {
-                        start: 6.0 * i as f64 + 0.2,
-                        from: Point::new(0.3, 0.0),
-                        velocity: Point::polar(1.2 * speed, heading(angle, i) + scatter),
-                    },
-                    lag: 0.2,
-                }
+                let velocity = Point::polar(1.2 * speed, heading(angle, i) + scatter);
+                Pair::made(i, [speed, angle], velocity, 0.2)
             })
             .collect();
         findings(&pairs, None)

@@ -473,7 +473,6 @@ fn noise(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Finding> {
 
 #[cfg(test)]
 mod tests {
-    use ingest::{CommandSeen, MotionSeen};
     use values::Point;
 
     use super::*;
@@ -488,22 +487,9 @@ mod tests {
                 } else {
                     part(0.618)
                 };
-                let (rise, speed) = (6.0 * i as f64, 0.4 + 0.6 * share);
+                let speed = 0.4 + 0.6 * share;
                 let lag = 0.02 + speed / 5.0 + by * i as f64 + 0.004 * part(0.41);
-                Pair {
-                    command: CommandSeen {
-                        rise,
-                        fall: rise + 0.4,
-                        speed,
-                        angle: 0.0,
-                    },
-                    motion: MotionSeen {
-                        start: rise + lag,
-                        from: Point::new(0.3, 0.0),
-                        velocity: Point::new(speed, 0.0),
-                    },
-                    lag,
-                }
+                Pair::made(i, [speed, 0.0], Point::new(speed, 0.0), lag)
             })
             .collect();
         clock_drift("one.mcap", &pairs).is_some()

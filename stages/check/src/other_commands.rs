@@ -1,8 +1,8 @@
 //! Objects that leave as the command before or after their own says: one message of commands was lost, doubled or queued, and from there on each strike
 //! has another's.
 //!
-//! Headings alone are compared, and no gain of them is taken for granted: over the stretch of strikes that gains most, how well headings
-//! follow the other command (its squared correlation) must leave a fourth of what they leave of their own.
+//! Headings alone are compared, and no gain of them is taken for granted: over the stretch of strikes that gains most, a line through the other
+//! commands leaves at most a fifth of the headings' variance, and at most a fourth of what a line through their own leaves.
 
 use crate::finding::Finding;
 use crate::pairs::Pair;
@@ -100,7 +100,6 @@ fn unexplained(points: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use ingest::{CommandSeen, MotionSeen};
     use values::Point;
 
     use super::*;
@@ -120,21 +119,7 @@ mod tests {
                     i
                 };
                 let heading = 0.1 + gain * angle(of) + 0.035 * (5.1 * i as f64).sin();
-                let rise = 6.0 * i as f64;
-                Pair {
-                    command: CommandSeen {
-                        rise,
-                        fall: rise + 0.4,
-                        speed: 0.7,
-                        angle: angle(i),
-                    },
-                    motion: MotionSeen {
-                        start: rise + 0.2,
-                        from: Point::new(0.3, 0.0),
-                        velocity: Point::polar(0.8, heading),
-                    },
-                    lag: 0.2,
-                }
+                Pair::made(i, [0.7, angle(i)], Point::polar(0.8, heading), 0.2)
             })
             .collect();
         findings(&pairs, "one.mcap")

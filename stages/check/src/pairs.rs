@@ -38,6 +38,33 @@ impl Pair {
     }
 }
 
+#[cfg(test)]
+impl Pair {
+    /// Of strikes every 6 s the one with this number, commanded so (m/s, rad), whose object leaves `lag` s later with this velocity.
+    pub(crate) fn made(
+        number: usize,
+        [speed, angle]: [f64; 2],
+        velocity: values::Point,
+        lag: f64,
+    ) -> Self {
+        let rise = 6.0 * number as f64;
+        Self {
+            command: CommandSeen {
+                rise,
+                fall: rise + 0.4,
+                speed,
+                angle,
+            },
+            motion: MotionSeen {
+                start: rise + lag,
+                from: values::Point::new(0.3, 0.0),
+                velocity,
+            },
+            lag,
+        }
+    }
+}
+
 /// The pairs of a log.
 #[derive(Clone, Debug, Default)]
 pub struct Pairs {

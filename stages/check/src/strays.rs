@@ -41,7 +41,6 @@ pub(crate) fn findings(pairs: &[Pair], log: &str) -> Option<Finding> {
 
 #[cfg(test)]
 mod tests {
-    use ingest::{CommandSeen, MotionSeen};
     use values::Point;
 
     use super::*;
@@ -51,26 +50,13 @@ mod tests {
         let pairs: Vec<Pair> = (0..40)
             .map(|i| {
                 let part = |k: f64| (k * i as f64).fract();
-                let (rise, angle) = (6.0 * i as f64, -0.8 + 1.6 * part(0.618));
+                let angle = -0.8 + 1.6 * part(0.618);
                 let heading = if strays.contains(&i) {
                     1.2 + 3.5 * part(0.41)
                 } else {
                     0.6 * angle + 0.035 * (5.1 * i as f64).sin()
                 };
-                Pair {
-                    command: CommandSeen {
-                        rise,
-                        fall: rise + 0.4,
-                        speed: 0.7,
-                        angle,
-                    },
-                    motion: MotionSeen {
-                        start: rise + 0.2,
-                        from: Point::new(0.3, 0.0),
-                        velocity: Point::polar(0.8, heading),
-                    },
-                    lag: 0.2,
-                }
+                Pair::made(i, [0.7, angle], Point::polar(0.8, heading), 0.2)
             })
             .collect();
         findings(&pairs, "one.mcap")

@@ -76,7 +76,8 @@ const LEFT: f64 = 0.15;
 /// A change of friction that is none, relative.
 const NONE: f64 = 1e-3;
 
-/// The same of friction by session beside a restitution that changes with the order: strike by strike.
+/// Whether friction by session, beside a restitution that changes with the order, changes strike by strike as a camera would have it that was
+/// zoomed in some of the sessions.
 pub(crate) fn could_be_by_session(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,

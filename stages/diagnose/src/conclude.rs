@@ -51,7 +51,7 @@ pub(crate) struct Case<'c, 'a> {
     /// Whether that is no chance.
     pub(crate) is_real: bool,
     /// What the question finds in the strike table beside no effect.
-    pub(crate) asked: &'c Answer,
+    pub(crate) asked: Answer,
     /// What it still finds beside the effects.
     pub(crate) remaining: Answer,
     /// Whether launches are those that the arm's logged state delivered.
@@ -121,7 +121,7 @@ impl Case<'_, '_> {
                 strikes: self.selection.prepared.strikes.len(),
                 r#where: match verdict {
                     Verdict::Consistent => Vec::new(),
-                    _ => words::found(self.asked),
+                    _ => words::found(&self.asked),
                 },
                 effects: named,
                 ranking: self.ranking(),
@@ -185,26 +185,28 @@ impl Case<'_, '_> {
             refitted
         };
         let answer = match self.selection.effects.is_empty() {
-            true => self.asked,
+            true => &self.asked,
             false => &self.remaining,
         };
         let floor = question::variation(prepared, fitted, answer);
         let gap_to = |after: &[Option<Point>], floor| {
             gap::gap(&part(&before, true), &part(after, true), floor)
         };
-        // Where nothing is named, whichever of both worlds leaves less: what changes with the order may be seen in one of them alone.
-        let stated = match self.selection.effects.is_empty() {
-            true => floor,
-            false => floor.or_less(question::variation(prepared, null, self.asked)),
-        };
-        let unnamed = |verdict, cause, note| Conclusion {
-            verdict,
-            world: None,
-            gap: gap_to(&before, stated),
-            after: before.clone(),
-            before: before.clone(),
-            note,
-            cause,
+        let unnamed = |verdict, cause, note| {
+            // Whichever of both worlds leaves less: what changes with the order may be seen in one of them alone.
+            let floor = match self.selection.effects.is_empty() {
+                true => floor,
+                false => floor.or_less(question::variation(prepared, null, &self.asked)),
+            };
+            Conclusion {
+                verdict,
+                world: None,
+                gap: gap_to(&before, floor),
+                after: before.clone(),
+                before: before.clone(),
+                note,
+                cause,
+            }
         };
         if self.are_pushed_again {
             let cause = Some(notes::PUSHED_AGAIN.into());
@@ -333,13 +335,11 @@ impl Case<'_, '_> {
         let all_rest = strikes.iter().all(|strike| strike.has_stop());
         let is_judged = all_rest && !(self.is_astray || self.is_delivered);
         let great = if is_judged { GREAT } else { f64::INFINITY };
-        let judges = part(&after, true).into_iter().flatten();
-        let is_much_left =
-            stops > great * accounted || is_judged && gap::is_of_another_world(judges, accounted);
+        let is_much_left = stops > great * accounted;
         let certainty = floor.repeats_at_most / floor.repeats.max(f64::MIN_POSITIVE);
         let finding = match is_much_left {
             true => self.remaining.findings.first(),
-            false => self.remaining.great_beside(self.asked, great * certainty),
+            false => self.remaining.great_beside(&self.asked, great * certainty),
         };
         if is_much_left || finding.is_some() {
             let note = notes::not_named(

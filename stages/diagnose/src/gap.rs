@@ -49,19 +49,6 @@ pub(crate) fn clipped_rms(residuals: impl Iterator<Item = Point>, longest: f64) 
     rms(residuals.map(|r| r * (longest / r.norm().max(longest))))
 }
 
-/// Stop errors of judges over what strikes scatter by, from which on the world is not theirs: chance stays below it where as many judge. A strike
-/// that went astray says no more than that one did.
-const ANOTHER_WORLD: f64 = 2.0;
-const JUDGES: usize = 6;
-
-/// Whether strikes that took no part in a fit are missed by far more than they scatter, in m.
-pub(crate) fn is_of_another_world(missed: impl Iterator<Item = Point>, scatter: f64) -> bool {
-    let missed: Vec<Point> = missed.collect();
-    let count = missed.len();
-    let missed = clipped_rms(missed.into_iter(), LONGEST * scatter);
-    count >= JUDGES && missed > ANOTHER_WORLD * scatter
-}
-
 /// The strikes that rest in both worlds.
 fn paired<'r>(
     before: &'r [Option<Point>],

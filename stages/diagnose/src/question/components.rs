@@ -88,6 +88,7 @@ pub(super) fn components(
     )
 }
 
+/// Of strikes of which enough was seen.
 fn of_seen(
     column: &Measured,
     covariates: &[DVector<f64>],

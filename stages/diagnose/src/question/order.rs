@@ -46,7 +46,7 @@ const DRAWN: usize = 999;
 pub(crate) enum Form {
     /// Noise: each strike near the one before.
     Wander,
-    /// The same, which no other form describes nearly as well.
+    /// Noise of this kind, which no other form describes nearly as well.
     WanderAlone,
     Drift,
     /// At this strike, or between sessions beside it.
@@ -484,22 +484,11 @@ mod tests {
         session: usize,
         hidden: impl Fn(usize) -> f64,
     ) -> Form {
-        formed_of(seed, ratio, n, session, &|i| i as f64, hidden)
-    }
-
-    /// The same of strikes with these numbers.
-    fn formed_of(
-        seed: u64,
-        ratio: f64,
-        n: usize,
-        session: usize,
-        number: &dyn Fn(usize) -> f64,
-        hidden: impl Fn(usize) -> f64,
-    ) -> Form {
-        let column = in_order(seed, ratio, n, session, number, hidden);
+        let column = in_order(seed, ratio, n, session, &|i| i as f64, hidden);
         column.form(&Wander::new(n), seed).0
     }
 
+    /// Such a column, of strikes with these numbers.
     fn in_order(
         seed: u64,
         ratio: f64,
@@ -576,8 +565,8 @@ mod tests {
         // Three sessions of twenty strikes; many more between them took no part.
         let number = |i: usize| (i + 60 * (i / 20)) as f64;
         for seed in 0..5 {
-            let drift = formed_of(seed, 0.0, 60, 20, &number, |i| 0.06 * number(i));
-            assert_eq!(drift, Form::Drift);
+            let drift = in_order(seed, 0.0, 60, 20, &number, |i| 0.06 * number(i));
+            assert_eq!(drift.form(&Wander::new(60), seed).0, Form::Drift);
         }
     }
 

@@ -18,7 +18,6 @@ pub(crate) use refine::{least_that_moves_little, with_rivals, with_wander, witho
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
 /// What a search ends with.
-#[derive(Clone)]
 pub(crate) struct Selection<'a> {
     /// The strikes with the noise and frames of the model found.
     pub(crate) prepared: PreparedStrikes<'a>,
@@ -31,7 +30,7 @@ pub(crate) struct Selection<'a> {
 
 impl Selection<'_> {
     /// The effects' names.
-    pub(crate) fn names(&self) -> Vec<&'static str> {
+    fn names(&self) -> Vec<&'static str> {
         self.effects.iter().map(|effect| effect.name).collect()
     }
 
