@@ -7,6 +7,8 @@
 #[path = "support/table.rs"]
 mod table;
 
+use std::collections::BTreeMap;
+
 use diagnose::{Diagnosis, Verdict};
 use table::{Hidden, Noise, Plan, Table};
 use values::Point;
@@ -100,23 +102,47 @@ fn what_a_spin_or_a_clock_does_is_not_given_the_names_of_a_table_that_does_nearl
     }
 }
 
-#[test]
-fn the_floor_is_what_repeats_of_one_command_scatter_by_where_they_stop() {
+/// What repeats of a command scatter by where they stop, and the floor that a diagnosis states.
+fn scatter_and_floor(plan: Plan, noise: Noise, hidden: Hidden) -> (f64, Diagnosis) {
     let table = Table {
-        plan: Plan::OneCommand,
-        noise: Noise::Ideal,
-        hidden: vec![Hidden::Nothing],
+        plan,
+        noise,
+        hidden: vec![hidden],
         strikes: 100,
         seed: 64,
     };
     let (_, strikes) = table.strike();
-    let paths: Vec<Point> = strikes.iter().map(|strike| strike.path()).collect();
-    let count = paths.len() as f64;
-    let mean = paths.iter().fold(Point::default(), |sum, p| sum + *p) * count.recip();
-    let squares: f64 = paths.iter().map(|p| (*p - mean).dot(*p - mean)).sum();
-    let scatter = (squares / (count - 1.0)).sqrt();
-    let found = table.diagnosed();
+    let mut paths: BTreeMap<[u64; 2], Vec<Point>> = BTreeMap::new();
+    for strike in &strikes {
+        let command = [strike.command.speed, strike.command.angle].map(f64::to_bits);
+        paths.entry(command).or_default().push(strike.path());
+    }
+    let away = |paths: &Vec<Point>| {
+        let sum = paths.iter().fold(Point::default(), |sum, p| sum + *p);
+        let mean = sum * (paths.len() as f64).recip();
+        paths
+            .iter()
+            .map(|p| (*p - mean).dot(*p - mean))
+            .sum::<f64>()
+    };
+    let squares: f64 = paths.values().map(away).sum();
+    let scatter = (squares / (strikes.len() - paths.len()) as f64).sqrt();
+    (scatter, table.diagnosed())
+}
+
+#[test]
+fn the_floor_is_what_repeats_of_one_command_scatter_by_where_they_stop() {
+    let (scatter, found) = scatter_and_floor(Plan::OneCommand, Noise::Ideal, Hidden::Nothing);
     // Counted from a track's first frame, a slide is 15 % and more too short, and so is the floor.
     let ratio = found.gap.noise_floor / scatter;
     assert!((0.92..1.08).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn what_slows_objects_beside_friction_takes_of_what_repeats_scatter_by() {
+    let (scatter, found) = scatter_and_floor(Plan::Grid, Noise::Friction(0.06), Hidden::Drag(1.0));
+    assert_eq!(found.effects.len(), 1, "{}", found.summary);
+    // Were friction and launch to move stops as they do without drag, it would be 1.3 and more.
+    let ratio = found.gap.noise_floor / scatter;
+    assert!((0.9..1.1).contains(&ratio), "{ratio}");
 }

@@ -479,8 +479,8 @@ impl Asking {
     /// By how much one unit moves a stop, root mean square, in m.
     fn moves(&self, what: What) -> f64 {
         let each = self.rows.iter().map(|row| match what {
-            What::Column(Column::Launch) => (1.0 + row.brakes) * row.slide,
-            What::Column(Column::Friction) => row.brakes * row.slide,
+            What::Column(Column::Launch) => row.gains[0] * row.slide,
+            What::Column(Column::Friction) => row.gains[1] * row.slide,
             What::Column(Column::Heading | Column::Stop) => row.slide,
             What::Column(Column::Fade) => row.reach[0],
             What::Column(Column::Curve) | What::Along | What::Across => row.reach[1],

@@ -32,8 +32,7 @@ pub(crate) enum Column {
     Heading,
     /// Friction, relative.
     Friction,
-    /// How far the object slides, relative: twice the launch less the friction, where slides end at rest. To the end of a track on which
-    /// friction takes little of the speed it is the launch ([`Row::brakes`]).
+    /// How far the object slides, relative: twice the launch less the friction, where friction alone slows it to its rest ([`Row::gains`]).
     Stop,
     /// A push along the way that grows from its beginning to its end, in m/s².
     Fade,
@@ -79,8 +78,9 @@ pub(super) struct Row {
     /// How far it slides from its start, in m, and how far one m/s² of fade and of curve takes its stop. Where most strikes do not rest, to the
     /// end of the track.
     pub(super) slide: f64,
-    /// Part of that way by which friction shortens it: 1 to a rest, next to nothing where nothing brakes.
-    pub(super) brakes: f64,
+    /// By how much of that way more launch speed, and less friction, take its end farther, relative: 2 and 1 where friction alone slows it to
+    /// its rest, less where drag does, too, and 1 and 0 where nothing brakes.
+    pub(super) gains: [f64; 2],
     pub(super) reach: [f64; 2],
 }
 
@@ -132,12 +132,12 @@ fn row(prepared: &PreparedStrikes<'_>, fitted: &Fitted, i: usize) -> Row {
         value: theta[place],
         error: covariance[(place, place)].max(0.0).sqrt(),
     };
-    let (launch, brakes) = (1.0 + way.brakes, way.brakes);
+    let [launch, friction] = way.gains;
     let stop = Cell {
-        value: launch * theta[SPEED] - brakes * theta[FRICTION],
+        value: launch * theta[SPEED] - friction * theta[FRICTION],
         error: (launch * launch * covariance[(SPEED, SPEED)]
-            - 2.0 * launch * brakes * covariance[(SPEED, FRICTION)]
-            + brakes * brakes * covariance[(FRICTION, FRICTION)])
+            - 2.0 * launch * friction * covariance[(SPEED, FRICTION)]
+            + friction * friction * covariance[(FRICTION, FRICTION)])
             .max(0.0)
             .sqrt(),
     };
@@ -165,7 +165,7 @@ fn row(prepared: &PreparedStrikes<'_>, fitted: &Fitted, i: usize) -> Row {
             with_start(SPEED),
             with_start(ANGLE),
             with_start(FRICTION),
-            with_start(SPEED) * launch + with_start(FRICTION) * -brakes,
+            with_start(SPEED) * launch + with_start(FRICTION) * -friction,
             none,
             none,
         ],
@@ -173,7 +173,7 @@ fn row(prepared: &PreparedStrikes<'_>, fitted: &Fitted, i: usize) -> Row {
         across: std::array::from_fn(|k| cell(score[HATS + k], information[(HATS + k, HATS + k)])),
         places: way.places,
         slide: way.slide,
-        brakes,
+        gains: way.gains,
         reach: [moved(&LINEAR, 0), moved(&CONSTANT, HATS)],
     }
 }
@@ -199,7 +199,7 @@ struct Way {
     columns: DMatrix<f64>,
     places: [Point; HATS],
     slide: f64,
-    brakes: f64,
+    gains: [f64; 2],
 }
 
 impl Way {
@@ -238,17 +238,27 @@ impl Way {
                 columns[(n + k, HATS + h)] = aside.y;
             }
         }
-        let by_stops = Strike::most_rest(prepared.strikes.iter().copied());
-        let unseen = match strike.has_stop() || !by_stops {
-            true => 0.0,
-            false => speeds[n - 1].powi(2) / (2.0 * GRAVITY * fitted.model.values[model::FRICTION]),
+        // Where strikes rest, the way to there counts, as far as the track does not show it: its last frame often comes before.
+        let t = &strike.track.t;
+        let last = (t[n - 1] - t[n - 2]).max(1e-6);
+        let by_friction = GRAVITY * fitted.model.values[model::FRICTION];
+        let slowing = (speeds[n - 2] - speeds[n - 1]) / last;
+        let left = match Strike::most_rest(prepared.strikes.iter().copied()) {
+            true => speeds[n - 1] / slowing.max(0.5 * by_friction).max(1e-9),
+            false => 0.0,
         };
-        // A constant brake takes half of what it takes of the speed, for as long.
-        let lost = 0.5 * (speeds[1] - speeds[n - 1]) * (strike.track.t[n - 1] - strike.track.t[0]);
-        let brakes = match by_stops {
-            true => 1.0,
-            false => (lost / seen).clamp(0.0, 1.0),
+        let unseen = 0.5 * speeds[n - 1] * left;
+        // The track begins some frames after the impact: the way before it counts, too.
+        let slide = strike.initial.distance(at(0)) + seen + unseen;
+        let farther = |place: usize| {
+            let moved = |k: usize| {
+                let column = raw.nuisances.column(place);
+                Point::new(column[k], column[n + k]).dot(heading)
+            };
+            let faster = (moved(n - 1) - moved(n - 2)) / last;
+            moved(n - 1) + faster * left
         };
+        let gains = [farther(SPEED), unseen - farther(FRICTION)].map(|moved| moved / slide);
         let places = std::array::from_fn(|h| {
             let middle = (h as f64 + 0.5) / HATS as f64 * seen;
             at(gone.partition_point(|gone| *gone < middle).min(n - 1))
@@ -256,9 +266,8 @@ impl Way {
         Self {
             columns,
             places,
-            // The track begins some frames after the impact, and may end before rest: the way before it and after it counts, too.
-            slide: strike.initial.distance(at(0)) + seen + unseen,
-            brakes,
+            slide,
+            gains,
         }
     }
 }
