@@ -21,6 +21,11 @@ const FOR_ONE: usize = 5;
 /// of one command are predicted by their mean.
 const NEAR_FLOOR: f64 = 1.5;
 const NEAR_PLAIN: f64 = 1.25;
+/// A model that misses by more than this part of how far objects slide, and by more than so many times what repeats scatter by, lacks what decides.
+const OF_SLIDE: f64 = 0.1;
+const FLOORS: f64 = 3.0;
+/// Repeats that scatter by more than this part of how far objects slide follow no command.
+const UNSTEADY: f64 = 0.2;
 
 /// What the gate found. Stop errors are means in m over the strikes that every model predicts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,6 +44,9 @@ pub struct FirstVersion {
     pub nominal: Option<f64>,
     /// What repeats of one command scatter by.
     pub floor: Option<f64>,
+    /// How far objects slide.
+    #[serde(default)]
+    pub slide: Option<f64>,
     /// Parameters of the world without a finite interval.
     pub unbounded: Vec<String>,
 }
@@ -62,17 +70,18 @@ pub fn judge(
     let by_nominal = stop_errors(run, &Model::of_world(rig, &World::nominal(rig)), &judges)?;
     let by_model = stop_errors(run, &candidate.model, &judges)?;
     let plain = Plain::of(strikes.iter().filter(|s| s.split == Split::Train));
-    let mut sums = [0.0; 3];
+    let mut sums = [0.0; 4];
     let mut count = 0;
     for (i, strike) in held_out.iter().enumerate() {
         if let (Some(model), Some(nominal)) = (by_model[i], by_nominal[i]) {
             sums[0] += model;
             sums[1] += plain.stop(strike).distance(strike.stop);
             sums[2] += nominal;
+            sums[3] += strike.path().norm();
             count += 1;
         }
     }
-    let [error, plain, nominal] = sums.map(|sum| (count > 0).then(|| sum / count as f64));
+    let [error, plain, nominal, slide] = sums.map(|sum| (count > 0).then(|| sum / count as f64));
     let is_unbounded = |name: &&String| {
         let estimate = fit.world.parameters.get(*name);
         let ends = estimate.and_then(|estimate| estimate.low.zip(estimate.high));
@@ -87,6 +96,7 @@ pub fn judge(
         plain,
         nominal,
         floor: floor.map(|floor| floor.mean),
+        slide,
         unbounded: fit.freed.iter().filter(is_unbounded).cloned().collect(),
     }
     .decided())
@@ -135,6 +145,19 @@ impl FirstVersion {
                     self.model,
                     error * 100.0,
                     other * 100.0
+                ));
+            }
+        }
+        if let (Some(error), Some(floor), Some(slide)) = (self.error, self.floor, self.slide) {
+            let [error_cm, floor_cm, slide_cm] = [error, floor, slide].map(|length| length * 100.0);
+            if floor > UNSTEADY * slide {
+                doubts.push(format!(
+                    "strikes of one command scatter by {floor_cm:.1} cm where objects slide {slide_cm:.0} cm: what is logged as the command does not decide where they stop; see `carom check`, and that the arm does what the log says"
+                ));
+            } else if error > (OF_SLIDE * slide).max(FLOORS * floor) {
+                doubts.push(format!(
+                    "`{}` misses held-out stops by {error_cm:.2} cm where objects slide {slide_cm:.0} cm and repeats scatter by {floor_cm:.2} cm: something great is missing or wrong; see `carom check`, and in the report what strikes depend on",
+                    self.model
                 ));
             }
         }
@@ -238,9 +261,35 @@ mod tests {
             plain: Some(plain),
             nominal: Some(nominal),
             floor: Some(0.005),
+            slide: Some(0.4),
             unbounded: Vec::new(),
         }
         .decided()
+    }
+
+    #[test]
+    fn what_misses_by_a_great_part_of_the_slide_or_follows_no_command_does_not_pass() {
+        assert!(gate(20, 0.035, 0.1, 0.1).passed);
+        let lacking = gate(20, 0.045, 0.1, 0.1);
+        assert!(
+            lacking.doubts()[0].contains("something great"),
+            "{lacking:?}"
+        );
+        // Repeats scatter by as much as on a real table of 60 cm.
+        let noisy = FirstVersion {
+            floor: Some(0.06),
+            slide: Some(0.6),
+            ..gate(20, 0.08, 0.2, 0.2)
+        };
+        assert_eq!(noisy.doubts(), Vec::<String>::new());
+        let unsteady = FirstVersion {
+            floor: Some(0.09),
+            ..gate(20, 0.08, 0.2, 0.2)
+        };
+        assert!(
+            unsteady.doubts()[0].contains("does not decide"),
+            "{unsteady:?}"
+        );
     }
 
     #[test]

@@ -150,6 +150,13 @@ pub enum Finding {
         angle: f64,
         spread: f64,
     },
+    /// The command has one speed, in m/s, and objects leave at many: `spread` is the standard deviation of their logarithm.
+    ConstantSpeed {
+        log: Option<String>,
+        strikes: usize,
+        speed: f64,
+        spread: f64,
+    },
     /// Objects leave as if the command's first field were the speed and its second the angle (`exchanged`: the other way about).
     SpeedAndAngle {
         log: Option<String>,
@@ -278,6 +285,12 @@ pub enum Finding {
         error: f64,
         strikes: usize,
     },
+    /// Objects of a log leave so many times as fast as those of the others, for the same commanded speeds.
+    SessionSpeed {
+        log: String,
+        times: f64,
+        strikes: usize,
+    },
     /// The stated object has a density that hardly any material has, in kg/m³.
     Density { density: f64 },
     /// Few strikes.
@@ -300,6 +313,8 @@ impl Finding {
             | Self::AxesSwapped { .. }
             | Self::Turned { certain: true, .. }
             | Self::ConstantHeading { .. }
+            | Self::ConstantSpeed { .. }
+            | Self::SessionSpeed { .. }
             | Self::SpeedAndAngle { .. }
             | Self::Jumps { certain: true, .. }
             | Self::Unrelated { .. }

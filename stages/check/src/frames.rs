@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::finding::Finding;
 use crate::pairs::Pair;
-use crate::statistics::{Line, at_most, line, middle, wrapped};
+use crate::statistics::{Line, at_most, line, median, middle, wrapped};
 
 /// Fewer pairs of one log say nothing of it, and fewer of all nothing at all.
 const FEWEST_OF_ONE: usize = 10;
@@ -20,6 +20,10 @@ const MANY_ANGLES: f64 = 0.04;
 /// Objects that leave one commanded angle in so wide a spread follow something else: arms and round objects scatter by 0.06, boxes that are
 /// hit off their middle by 0.1.
 const MANY_HEADINGS: f64 = 0.17;
+/// Commanded speeds that differ by less than this are one, relative (standard deviation); objects that leave one in so wide a spread follow
+/// something else: an arm's speed scatters by 0.05.
+const ONE_SPEED: f64 = 0.02;
+const MANY_SPEEDS: f64 = 0.25;
 /// Headings of so many strikes that spread by more than this about any line, in rad, follow none.
 const DISORDER: f64 = 0.35;
 const FEWEST_IN_DISORDER: usize = 12;
@@ -38,6 +42,7 @@ const SURE: f64 = 4.0;
 const TELLS_GAIN: f64 = 0.1;
 const LEAST_GAIN: f64 = 0.3;
 const UNSURE: f64 = 2.5;
+const FOLLOWS_CLOSELY: f64 = 0.7;
 /// A correlation of speeds that is surely below this is none; so many strikes and such parts of variation tell.
 const RELATED: f64 = 0.4;
 const FEWEST_SPEEDS: usize = 12;
@@ -86,6 +91,9 @@ pub fn findings(pairs: &[Pair], log: Option<&str>) -> Vec<Finding> {
             spread: heading_spread,
         }];
     }
+    if let Some(found) = constant_speed(&pairs, log()) {
+        return vec![found];
+    }
     if let Some(found) = speed_and_angle(&pairs, log()) {
         return vec![found];
     }
@@ -118,7 +126,9 @@ pub fn findings(pairs: &[Pair], log: Option<&str>) -> Vec<Finding> {
     if line.slope + SURE * line.slope_error < 0.0 {
         return vec![reflected(&pairs, line, log())];
     }
-    let is_told = spread > TELLS_GAIN && line.slope < LEAST_GAIN;
+    // A box that leaves a slippery tip across its face follows little of the angle, and closely.
+    let is_told =
+        spread > TELLS_GAIN && line.slope < LEAST_GAIN && line.correlation < FOLLOWS_CLOSELY;
     if is_told && line.slope + UNSURE * line.slope_error < GAINS.0 {
         return vec![unrelated(log(), strikes, line)];
     }
@@ -193,6 +203,30 @@ fn unrelated(log: Option<String>, strikes: usize, line: Line) -> Finding {
         strikes,
         correlation: line.correlation,
     }
+}
+
+/// One commanded speed of which objects leave at many.
+fn constant_speed(pairs: &[Pair], log: Option<String>) -> Option<Finding> {
+    if pairs.len() < FEWEST_SPEEDS {
+        return None;
+    }
+    let spread = |of: &dyn Fn(&Pair) -> f64| {
+        let values: Vec<f64> = pairs.iter().map(|pair| of(pair).ln()).collect();
+        let middle = median(values.iter().copied())?;
+        let spread = median(values.iter().map(|value| (value - middle).abs()))?;
+        Some((middle.exp(), 1.4826 * spread))
+    };
+    let (_, spread_of_launches) = spread(&|pair| pair.motion.velocity.norm())?;
+    let (speed, _) = spread(&|pair| pair.command.speed)?;
+    let is_one = |pair: &Pair| (pair.command.speed / speed - 1.0).abs() < ONE_SPEED;
+    (pairs.iter().all(is_one) && spread_of_launches > MANY_SPEEDS).then_some(
+        Finding::ConstantSpeed {
+            log,
+            strikes: pairs.len(),
+            speed,
+            spread: spread_of_launches,
+        },
+    )
 }
 
 /// The launch speed over the commanded one, where both vary and are surely not related. An arm that delivers one speed whatever is

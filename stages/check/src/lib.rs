@@ -96,6 +96,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     findings.extend(density(rig));
     if !findings.iter().any(is_wrong) {
         findings.extend(sessions(logs, &paired, &findings));
+        findings.extend(session_speeds(logs, &paired));
     }
     let (seen, lost) = logs.iter().fold((0, 0), |(seen, lost), log| {
         (seen + log.seen.frames, lost + log.seen.lost)
@@ -462,6 +463,46 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
     .collect()
 }
 
+/// Logs whose objects leave at another part of the commanded speed than those of the others, by more than any arm, tip or contact changes from
+/// day to day: speeds are commanded in another unit, or through an override.
+fn session_speeds(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
+    /// So many times as fast, by so many strikes that others of nearly the same speed stand beside (relative).
+    const TIMES: f64 = 1.5;
+    const FEWEST: usize = 8;
+    const NEAR: f64 = 0.05;
+    let moving = |of: &Pairs| -> Vec<Pair> {
+        let is_moving = |p: &&Pair| p.command.speed > 0.0 && p.motion.velocity.norm() > 0.0;
+        of.pairs.iter().filter(is_moving).copied().collect()
+    };
+    let all: Vec<Vec<Pair>> = paired.iter().map(moving).collect();
+    // Of two, the first one stands for both.
+    let first = usize::from(logs.len() == 2);
+    let of_log = |place: usize| {
+        let others: Vec<&Pair> = (0..all.len())
+            .filter(|other| *other != place)
+            .flat_map(|other| &all[other])
+            .collect();
+        let beside = all[place].iter().filter_map(|pair| {
+            let apart = |other: &Pair| (other.command.speed / pair.command.speed).ln().abs();
+            let nearest = others
+                .iter()
+                .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+                .filter(|other| apart(other) < NEAR)?;
+            Some((pair.speed_ratio() / nearest.speed_ratio()).ln())
+        });
+        let beside: Vec<f64> = beside.collect();
+        let strikes = beside.len();
+        let times = median(beside)?.exp();
+        let is_other = strikes >= FEWEST && times.ln().abs() > TIMES.ln();
+        is_other.then(|| Finding::SessionSpeed {
+            log: logs[place].name.into(),
+            times,
+            strikes,
+        })
+    };
+    (first..logs.len()).filter_map(of_log).collect()
+}
+
 /// The camera's noise at rest beside the rig file's.
 fn noise(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Finding> {
     /// By so many times another noise is told.
@@ -493,6 +534,38 @@ mod tests {
             })
             .collect();
         clock_drift("one.mcap", &pairs).is_some()
+    }
+
+    #[test]
+    fn a_session_whose_speeds_mean_something_else_is_told_and_one_of_a_slower_arm_is_not() {
+        let seen = ingest::Seen::default();
+        let logs = ["one.mcap", "two.mcap", "three.mcap"].map(|name| LogRead {
+            name,
+            seen: &seen,
+            kept: 40,
+            rejects: Vec::new(),
+        });
+        let told = |unit: f64, gain: f64| {
+            let of = |unit: f64, gain: f64| Pairs {
+                pairs: (0..40)
+                    .map(|i| {
+                        let delivered = 0.4 + 0.6 * (0.618 * i as f64).fract();
+                        let leaves = Point::new(gain * delivered, 0.0);
+                        Pair::made(i, [unit * delivered, 0.0], leaves, 0.1)
+                    })
+                    .collect(),
+                ..Pairs::default()
+            };
+            let paired = [of(1.0, 1.5), of(unit, gain), of(1.0, 1.5)];
+            session_speeds(&logs, &paired)
+        };
+        assert_eq!(told(1.0, 1.2), []);
+        let found = told(2.0, 1.5);
+        assert!(
+            matches!(&found[..], [Finding::SessionSpeed { log, times, .. }]
+                if log == "two.mcap" && (times - 0.5).abs() < 0.03),
+            "{found:?}"
+        );
     }
 
     #[test]

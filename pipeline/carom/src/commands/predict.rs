@@ -94,6 +94,11 @@ pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
     let stop = predicted.first().and_then(|predicted| predicted.stop);
     let track = &simulated.track;
     let mut text = format!("model      {name} of {}\n", artifact.version);
+    let robot = &artifact.rig.robot;
+    let is_within = robot.speed.contains(args.speed) && robot.angle.contains(args.angle);
+    if !is_within {
+        text += "limits     outside what the rig file allows: `strike` refuses it, and no strike like it was learnt from\n";
+    }
     match stop {
         Some(stop) => {
             text += &format!(

@@ -90,7 +90,8 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 .robot
                 .base_yaw
                 .filter(|_| rig.frames.command == CommandFrame::Base);
-            let turn = check::wrapped(base_yaw.unwrap_or(0.0) + by);
+            // As the rig file takes it, rounded: no more than half a turn.
+            let turn = check::wrapped(base_yaw.unwrap_or(0.0) + by).clamp(-3.1415, 3.1415);
             let mirror = match (*mirrored, rig.frames.mirrored) {
                 (true, false) => "mirrored = true  ",
                 (true, true) => "mirrored = false  ",
@@ -98,7 +99,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             };
             let mend = if *certain || *mirrored {
                 format!(
-                    "state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.3}` (measure it: strikes do not tell the base's turn from a constant error of heading, which this number would hide), or log both in the frame `table`"
+                    "state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.4}` (measure it: strikes do not tell the base's turn from a constant error of heading, which this number would hide), or log both in the frame `table`"
                 )
             } else {
                 "check how the arm's base and the camera are turned on the table, and where the tip meets the object".into()
@@ -126,6 +127,20 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 "log it in the frame `table`; or log the measured state ({}) and state `[frames] command = \"tool\"`",
                 rig.topics.state.topic.name
             ),
+        ),
+        Finding::ConstantSpeed {
+            log,
+            strikes,
+            speed,
+            spread,
+        } => said(
+            format!(
+                "{}{strikes} commands all say {speed:.2} m/s, and the objects leave at speeds that scatter by {:.0} %",
+                of(log.as_deref()),
+                spread * 100.0
+            ),
+            "a set-point is logged that never changes, and the arm's speed is set elsewhere (an override, a program)",
+            "log the speed that each strike is commanded, in m/s".into(),
         ),
         Finding::SpeedAndAngle {
             log,
@@ -504,6 +519,17 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             ),
             "the camera, or the arm's base, was moved between the sessions",
             "calibrate the camera's pose anew, and give this log a rig file and a run of its own".into(),
+        ),
+        Finding::SessionSpeed {
+            log,
+            times,
+            strikes,
+        } => said(
+            format!(
+                "{log}: objects leave {times:.2} times as fast as those of the other logs, for the same commanded speeds, over {strikes} strikes"
+            ),
+            "its speeds are logged in another unit, or before an override that the other logs do not have",
+            "log what the arm is told, in m/s, in every session; or give this log a run of its own".into(),
         ),
         Finding::Density { density } => said(
             format!(

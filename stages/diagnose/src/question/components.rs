@@ -3,7 +3,7 @@
 //! y = 1·μ + Σ_c Z_c·u_c + e, u_c ~ N(0, τ_c²·D_c), e ~ N(0, σ²): the parts are sums of cosines whose variances fall as those of a random
 //! walk over the covariate. The τ's and σ are found at the maximum of the restricted likelihood, by
 //! MacKay's fixed point (1992), which creeps less than expectation and maximisation. σ is what repeats of a command scatter by;
-//! where commands were repeated, it is measured from these. Long slides may scatter by more or less of their length than short ones: their
+//! where commands were repeated, these measure it as well. Long slides may scatter by more or less of their length than short ones: their
 //! variance is taken for a power of the length.
 
 use nalgebra::{DMatrix, DVector};
@@ -142,7 +142,7 @@ fn of_seen(
     let mut sigma = 0.5 * whole;
     let mut freedom = n as f64 - 1.0;
     let chosen = CHOSEN * parts.iter().filter(|part| !part.is_empty()).count() as f64;
-    let mut smooth = DVector::zeros(n);
+    let (mut smooth, mut wandered) = (DVector::zeros(n), DVector::zeros(n));
     for _ in 0..ITERATIONS {
         let mut information = &gram / sigma;
         for (k, c) in of.iter().enumerate() {
@@ -154,6 +154,8 @@ fn of_seen(
         let spread = factor.inverse();
         let heights = &spread * &seen / sigma;
         smooth = &z * &heights;
+        let is_wander = |k: usize| f64::from(of[k] == wander);
+        wandered = &z * DVector::from_fn(of.len(), |k, _| is_wander(k) * heights[k]);
         let left = &y - &smooth;
         let taken = (&gram * &spread).trace() / sigma;
         freedom = (n as f64 - 1.0 - taken - chosen).max(1.0);
@@ -173,18 +175,23 @@ fn of_seen(
     let most = (FAR * FAR * sigma).sqrt();
     let left = (&raw - smooth).map(|v| v.clamp(-most, most));
     let sigma = left.norm_squared() / freedom;
-    // What depends on the order has seldom quite the form that was found: neighbours differ by less of it.
-    let sigma = match by_order.is_empty() {
-        true => sigma,
-        false => sigma.min(neighbours(&left) * n as f64 / freedom),
+    // What depends on the order has seldom quite the form that was found, and a great wander goes on between the cosines: neighbours differ by
+    // less of it.
+    let is_ordered = !by_order.is_empty() || wandered.norm_squared() > n as f64 * sigma;
+    let sigma = match is_ordered {
+        true => sigma.min(neighbours(&left) * n as f64 / freedom),
+        false => sigma,
     };
-    // Repeats differ by where they start, and by what was found in the order.
+    // Repeats differ by where they start, by the wander between them, and by what was found in the order.
     let told = covariates.iter().chain(by_order).cloned();
     let told = Basis::new(std::iter::once(DVector::repeat(n, 1.0)).chain(told));
     let kept = (n as f64 - told.0.len() as f64).max(1.0) / (n as f64 - 1.0);
-    let repeated = repeated(&told.off(raw), commands);
+    let repeated = repeated(&told.off(raw - wandered), commands);
     let repeated = repeated.map(|(variance, freedom)| (variance / kept, freedom));
-    let (variance, freedom) = repeated.unwrap_or((sigma, freedom));
+    let (variance, freedom) = match repeated {
+        Some(repeated) => together_or_lesser((sigma, freedom), repeated),
+        None => (sigma, freedom),
+    };
     let mean_square = |of: &DVector<f64>| of.norm_squared() / n as f64;
     let moved = variance * weight_of_long(&left, slides);
     let scatter = (moved - mean_square(&errors.component_mul(slides)))
@@ -261,24 +268,33 @@ fn neighbours(values: &DVector<f64>) -> f64 {
     0.5 * squares / (values.len() as f64 - 1.0).max(1.0)
 }
 
+/// What no smooth part holds, and repeats: two variances, each with its degrees of freedom, of the same unless repeats scatter by less beyond chance.
+fn together_or_lesser(left: (f64, f64), repeats: (f64, f64)) -> (f64, f64) {
+    let chance = (1.96 * (2.0 / left.1 + 2.0 / repeats.1).sqrt()).exp();
+    if repeats.0 * chance < left.0 {
+        return repeats;
+    }
+    let freedom = left.1 + repeats.1;
+    ((left.0 * left.1 + repeats.0 * repeats.1) / freedom, freedom)
+}
+
 /// Variance of repeats and its degrees of freedom, where there are enough: half of the mean square by which one repeat differs from the one before, so that
 /// what wanders is none of it.
 fn repeated(values: &DVector<f64>, commands: &[usize]) -> Option<(f64, f64)> {
     let mut last = vec![None; commands.iter().max().map_or(0, |last| last + 1)];
-    let mut squares = Vec::new();
+    let mut sizes = Vec::new();
     for (value, command) in values.iter().zip(commands) {
         if let Some(before) = last[*command].replace(*value) {
-            squares.push(0.5 * (value - before).powi(2));
+            sizes.push(f64::abs(value - before));
         }
     }
-    let count = squares.len();
+    let count = sizes.len();
+    if count < REPEATS {
+        return None;
+    }
+    let squares = sizes.iter().map(|size| 0.5 * size * size);
     // Differences share their strikes: two of three count.
-    (count >= REPEATS).then(|| {
-        (
-            squares.iter().sum::<f64>() / count as f64,
-            count as f64 / 1.5,
-        )
-    })
+    Some((squares.sum::<f64>() / count as f64, count as f64 / 1.5))
 }
 
 /// To 0 to 1.
@@ -361,6 +377,41 @@ mod tests {
         );
         assert!((0.8..1.2).contains(&found.repeats.0), "{found:?}");
         assert!(found.repeats.1 < 1.0 && 1.0 < found.repeats.2, "{found:?}");
+    }
+
+    #[test]
+    fn a_wander_between_repeats_is_none_of_their_scatter() {
+        let n = 120;
+        let mut ratios = Vec::new();
+        for seed in 0..20 {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+            let mut at = 0.0;
+            let values = DVector::from_fn(n, |_, _| {
+                at += 0.7 * normal();
+                at + normal()
+            });
+            // Each command is repeated after 40 others.
+            let commands: Vec<usize> = (0..n).map(|i| i % 40).collect();
+            let found = components(
+                &exact(values, DVector::repeat(n, 1.0)),
+                &[],
+                &[],
+                &vec![0; n],
+                &commands,
+            );
+            ratios.push(found.repeats.0);
+        }
+        // Of a walk's 40 steps of 0.7, repeats would scatter by 3.
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        assert!((1.0..1.3).contains(&mean), "{ratios:?}");
+    }
+
+    #[test]
+    fn a_few_repeats_decide_where_they_scatter_by_less_beyond_chance() {
+        assert_eq!(together_or_lesser((9.0, 90.0), (1.0, 10.0)), (1.0, 10.0));
+        let (variance, freedom) = together_or_lesser((1.0, 90.0), (11.0, 10.0));
+        assert_eq!((variance, freedom), (2.0, 100.0));
     }
 
     #[test]
