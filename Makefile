@@ -84,7 +84,7 @@ else
 	sh pipeline/dist/emulator.sh $(FOREIGN)/python $(MACHINE) bookworm python3 libstdc++6
 	rm -rf $(FOREIGN)/empty
 	$(TOOLS)/bin/python -m pip install --quiet --disable-pip-version-check --target $(FOREIGN)/empty --only-binary :all: --python-version 3.11 \
-		$(addsuffix _$(MACHINE),--platform manylinux_2_31 --platform manylinux_2_28 --platform manylinux2014) \
+		$(foreach tag,manylinux_2_31 manylinux_2_28 manylinux2014,--platform $(tag)_$(MACHINE)) \
 		dist/carom-*_$(MACHINE).whl --requirement pipeline/python/tests/requirements.txt
 	cd $(FOREIGN)/empty && env -i PATH= MUJOCO_GL=disable HOME="$(CURDIR)/$(FOREIGN)/empty" PYTHONPATH="$(CURDIR)/$(FOREIGN)/empty" \
 		../python/run ../python/root/usr/bin/python3 -m pytest -q -p no:cacheprovider -k "not programs_do and not programs_run and not stubs" "$(CURDIR)/pipeline/python/tests/test_carom.py"

@@ -90,8 +90,9 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 .robot
                 .base_yaw
                 .filter(|_| rig.frames.command == CommandFrame::Base);
-            // As the rig file takes it, rounded: no more than half a turn.
-            let turn = check::wrapped(base_yaw.unwrap_or(0.0) + by).clamp(-3.1415, 3.1415);
+            // Rounded, it is no more than half a turn, as the rig file takes it.
+            let most = std::f64::consts::PI - 1e-3;
+            let turn = check::wrapped(base_yaw.unwrap_or(0.0) + by).clamp(-most, most);
             let mirror = match (*mirrored, rig.frames.mirrored) {
                 (true, false) => "mirrored = true  ",
                 (true, true) => "mirrored = false  ",
@@ -99,7 +100,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             };
             let mend = if *certain || *mirrored {
                 format!(
-                    "state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.4}` (measure it: strikes do not tell the base's turn from a constant error of heading, which this number would hide), or log both in the frame `table`"
+                    "state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.3}` (measure it: strikes do not tell the base's turn from a constant error of heading, which this number would hide), or log both in the frame `table`"
                 )
             } else {
                 "check how the arm's base and the camera are turned on the table, and where the tip meets the object".into()
