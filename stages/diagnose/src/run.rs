@@ -9,7 +9,7 @@ use world::{World, effects::Naming, launch::launches};
 use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input, Thresholds,
     arm::Arm,
-    candidates::{Candidate, candidates, is_of_whole_strikes},
+    candidates::{Candidate, candidates, is_never_named, is_of_whole_strikes},
     conclude::Case,
     constancy,
     diagnosis::{Gap, StopResidual, Verdict},
@@ -157,7 +157,8 @@ impl Diagnose {
             question::ask(prepared, fitted, &came_before, self.seed)
         };
         // What still pushes objects by where they are, beside a slope or a bowl, is a table of another shape.
-        if !is_astray && selection.effects.len() == 1 && ask(&selection).is_pushed_by_place() {
+        let is_table = selection.effects.len() == 1 && !is_never_named(selection.effects[0].name);
+        if !is_astray && is_table && ask(&selection).is_pushed_by_place() {
             selection = with_replacements(selection, &of_any_shape, &mut chance, replicates, true)?;
         }
         let is_wander = |selection: &Selection<'_>| {

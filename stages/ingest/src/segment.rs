@@ -134,7 +134,7 @@ impl<'a> Segmenter<'a> {
             centroids: VecDeque::new(),
             extras: Extras::default(),
             watch: Watch::new(rig),
-            breaks: Breaks::new(rig),
+            breaks: Breaks::new(rig, rig.camera.noise),
             pushes: Pushes::new(rig),
             before: Vec::new(),
             touched: ByState::default(),
@@ -595,7 +595,7 @@ impl<'a> Segmenter<'a> {
         }
         self.centroids.clear();
         self.watch = Watch::new(self.rig);
-        self.breaks = Breaks::new(self.rig);
+        self.breaks = Breaks::new(self.rig, self.rig.camera.noise);
         self.pushes = Pushes::new(self.rig);
         self.before = Vec::new();
         self.last_centroid = None;

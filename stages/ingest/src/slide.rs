@@ -101,7 +101,7 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let looked_at = &frames.frames[slides..held_until(&frames.frames, until)];
     let shape = frames.rig.object.shape();
     let held = held(looked_at, shape).map(|at| slides + at);
-    let turned = turned(frames, first, until);
+    let turned = turned(frames, first, until, rest.noise);
     let stopped = |rest_at: usize, stop: Point| {
         let all = &frames.frames[first..];
         let at = stopped::stopped(all, rest_at - first, stop, rest.noise, shape)?;
@@ -173,7 +173,7 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
 }
 
 /// The first frame that may have been turned round on its way to `until`, by a fence that is not known, a corner or a hand.
-fn turned(frames: &Frames<'_>, first: usize, until: usize) -> Option<usize> {
+fn turned(frames: &Frames<'_>, first: usize, until: usize, noise: f64) -> Option<usize> {
     let all = &frames.frames;
     let looked_at = &all[first..held_until(all, until)];
     let samples = looked_at.iter().map(|frame| Sample {
@@ -181,7 +181,7 @@ fn turned(frames: &Frames<'_>, first: usize, until: usize) -> Option<usize> {
         x: frame.point.x,
         y: frame.point.y,
     });
-    let after = turned_round(frames.rig, samples)?;
+    let after = turned_round(frames.rig, noise, samples)?;
     // The frame before may be its last, or the first of what comes after.
     let at = looked_at.partition_point(|frame| frame.stamp < after);
     Some(first + at.saturating_sub(1))
