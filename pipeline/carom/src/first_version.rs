@@ -43,7 +43,6 @@ pub struct FirstVersion {
     /// What repeats of one command scatter by.
     pub floor: Option<f64>,
     /// How far objects slide.
-    #[serde(default)]
     pub slide: Option<f64>,
     /// Parameters of the world without a finite interval.
     pub unbounded: Vec<String>,

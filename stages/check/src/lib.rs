@@ -21,6 +21,7 @@ mod strays;
 
 pub use finding::{CONTACT, Check, Coverage, Delay, Finding, Limit, LogRead, Measured, Severity};
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use ingest::FoundFence;
@@ -466,41 +467,50 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
 /// Logs whose objects leave at another part of the commanded speed than those of the others, by more than any arm, tip or contact changes from
 /// day to day: speeds are commanded in another unit, or through an override.
 fn session_speeds(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
-    /// So many times as fast, by so many strikes that others of nearly the same speed stand beside (relative).
+    /// So many times as fast, by so many strikes of speeds at which others struck, too: within so much of each other, relative.
     const TIMES: f64 = 1.5;
     const FEWEST: usize = 8;
     const NEAR: f64 = 0.05;
-    let moving = |of: &Pairs| -> Vec<Pair> {
-        let is_moving = |p: &&Pair| p.command.speed > 0.0 && p.motion.velocity.norm() > 0.0;
-        of.pairs.iter().filter(is_moving).copied().collect()
-    };
-    let all: Vec<Vec<Pair>> = paired.iter().map(moving).collect();
-    // Of two, the first one stands for both.
-    let first = usize::from(logs.len() == 2);
-    let of_log = |place: usize| {
-        let others: Vec<&Pair> = (0..all.len())
-            .filter(|other| *other != place)
-            .flat_map(|other| &all[other])
-            .collect();
-        let beside = all[place].iter().filter_map(|pair| {
-            let apart = |other: &Pair| (other.command.speed / pair.command.speed).ln().abs();
-            let nearest = others
-                .iter()
-                .min_by(|a, b| apart(a).total_cmp(&apart(b)))
-                .filter(|other| apart(other) < NEAR)?;
-            Some((pair.speed_ratio() / nearest.speed_ratio()).ln())
-        });
-        let beside: Vec<f64> = beside.collect();
+    // Logarithms of the launch speed in the commanded one, of each log that struck at a speed.
+    let mut by_speed: BTreeMap<i64, BTreeMap<usize, Vec<f64>>> = BTreeMap::new();
+    for (log, of) in paired.iter().enumerate() {
+        for pair in &of.pairs {
+            let ratio = pair.speed_ratio().ln();
+            if ratio.is_finite() && pair.command.speed > 0.0 {
+                let speed = (pair.command.speed.ln() / NEAR).floor() as i64;
+                let at_speed = by_speed.entry(speed).or_default();
+                at_speed.entry(log).or_default().push(ratio);
+            }
+        }
+    }
+    let mut beside: Vec<Vec<f64>> = vec![Vec::new(); logs.len()];
+    for at_speed in by_speed.values() {
+        let middles = at_speed
+            .values()
+            .map(|ratios| median(ratios.iter().copied()));
+        let middles: Vec<f64> = middles.flatten().collect();
+        // Of two, the first one stands for both.
+        let usual = match middles[..] {
+            [_] => None,
+            [first, _] => Some(first),
+            _ => median(middles),
+        };
+        for (log, ratios) in at_speed {
+            beside[*log].extend(usual.iter().flat_map(|u| ratios.iter().map(move |r| r - u)));
+        }
+    }
+    let each = logs.iter().zip(beside);
+    each.filter_map(|(log, beside)| {
         let strikes = beside.len();
         let times = median(beside)?.exp();
         let is_other = strikes >= FEWEST && times.ln().abs() > TIMES.ln();
         is_other.then(|| Finding::SessionSpeed {
-            log: logs[place].name.into(),
+            log: log.name.into(),
             times,
             strikes,
         })
-    };
-    (first..logs.len()).filter_map(of_log).collect()
+    })
+    .collect()
 }
 
 /// The camera's noise at rest beside the rig file's.

@@ -97,7 +97,7 @@ pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
     let robot = &artifact.rig.robot;
     let is_within = robot.speed.contains(args.speed) && robot.angle.contains(args.angle);
     if !is_within {
-        text += "limits     outside what the rig file allows: `strike` refuses it, and no strike like it was learnt from\n";
+        text += "limits     outside what the rig file allows: `strike` refuses it\n";
     }
     match stop {
         Some(stop) => {
@@ -125,6 +125,7 @@ pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
         "from": initial,
         "speed": command.speed,
         "angle": command.angle,
+        "within_limits": is_within,
         "stop": stop,
         "world": {
             "stop": simulated.stop,

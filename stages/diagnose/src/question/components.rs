@@ -142,7 +142,7 @@ fn of_seen(
     let mut sigma = 0.5 * whole;
     let mut freedom = n as f64 - 1.0;
     let chosen = CHOSEN * parts.iter().filter(|part| !part.is_empty()).count() as f64;
-    let (mut smooth, mut wandered) = (DVector::zeros(n), DVector::zeros(n));
+    let (mut smooth, mut heights) = (DVector::zeros(n), DVector::zeros(of.len()));
     for _ in 0..ITERATIONS {
         let mut information = &gram / sigma;
         for (k, c) in of.iter().enumerate() {
@@ -152,10 +152,8 @@ fn of_seen(
             break;
         };
         let spread = factor.inverse();
-        let heights = &spread * &seen / sigma;
+        heights = &spread * &seen / sigma;
         smooth = &z * &heights;
-        let is_wander = |k: usize| f64::from(of[k] == wander);
-        wandered = &z * DVector::from_fn(of.len(), |k, _| is_wander(k) * heights[k]);
         let left = &y - &smooth;
         let taken = (&gram * &spread).trace() / sigma;
         freedom = (n as f64 - 1.0 - taken - chosen).max(1.0);
@@ -170,6 +168,8 @@ fn of_seen(
         }
         sigma = (left.norm_squared() / freedom).max(1e-12 * whole);
     }
+    let is_wander = |k: usize| f64::from(of[k] == wander);
+    let wandered = &z * DVector::from_fn(of.len(), |k, _| is_wander(k) * heights[k]);
     // What lies far out is no smooth part, but repeats do scatter so.
     let raw = mean.off(raw.clone());
     let most = (FAR * FAR * sigma).sqrt();
