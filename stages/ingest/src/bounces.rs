@@ -13,6 +13,7 @@ use values::{Point, Rig};
 
 use crate::arm::State;
 use crate::order::since;
+use crate::slide::{NOISIER, lies_still};
 
 /// A moving object that was turned round.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,11 +36,16 @@ pub(crate) struct Break {
     pub(crate) bounce: Bounce,
     /// Standard deviation of a velocity's coordinate, in m/s.
     noise: f64,
+    /// Whether the object lay still before: its velocity there is noise.
+    is_from_rest: bool,
 }
 
 impl Break {
     /// Whether the object was turned round, as friction never does.
     fn is_turned(&self) -> bool {
+        if self.is_from_rest {
+            return false;
+        }
         let Bounce { before, after, .. } = self.bounce;
         let impulse = after - before;
         let towards = impulse * (-1.0 / impulse.norm().max(1e-12));
@@ -75,6 +81,10 @@ const BREAK_NOISE: f64 = 7.0;
 /// No table brakes harder than this, in m/s², nor pushes farther aside than this part of it.
 const BRAKES: f64 = 10.0;
 const BRAKES_ASIDE: f64 = 0.3;
+/// An object that is turned round was in motion before: it did not lie still in this time before, in s. Frames are kept for longer: a break
+/// is known some time after it.
+const REST: f64 = 0.25;
+const RECENT: f64 = 1.0;
 /// A tip that touches approaches along the line of centres at this speed at least, in m/s, and what it pushes goes away from it within the
 /// angle of this cosine.
 const APPROACH: f64 = 0.05;
@@ -94,6 +104,8 @@ pub(crate) struct Breaks {
     noise: f64,
     reach: f64,
     frames: VecDeque<(i64, Point)>,
+    /// Those of the last while, in which a rest before a break would show.
+    recent: VecDeque<Sample>,
     /// The best of the moments in a row that look like a break, and how badly its lines fit.
     best: Option<(f64, Break)>,
     flight: Flight,
@@ -109,6 +121,7 @@ impl Breaks {
             noise,
             reach: rig.object.solid.reach() + rig.striker.radius + NEAR_TIP,
             frames: VecDeque::new(),
+            recent: VecDeque::new(),
             best: None,
             flight: Flight::default(),
             ended: VecDeque::new(),
@@ -125,6 +138,10 @@ impl Breaks {
         self.frames
             .push_back((sample.stamp, Point::new(sample.x, sample.y)));
         self.flight.frames.push(*sample);
+        self.recent.push_back(*sample);
+        while since(self.recent[0].stamp, sample.stamp) > RECENT {
+            self.recent.pop_front();
+        }
         let Some(split) = self.split() else {
             return;
         };
@@ -207,15 +224,17 @@ impl Breaks {
                 after: other.velocity,
             },
             noise,
+            is_from_rest: false,
         };
         Some((misfit, found))
     }
 
     /// The best moment of those in a row is the break: what was before it has ended.
     fn settle(&mut self) {
-        let Some((_, found)) = self.best.take() else {
+        let Some((_, mut found)) = self.best.take() else {
             return;
         };
+        found.is_from_rest = self.lay_still(found.first);
         let frames = &mut self.flight.frames;
         let parted = frames.partition_point(|frame| frame.stamp < found.first);
         let after = frames.split_off(parted);
@@ -229,10 +248,19 @@ impl Breaks {
         self.ended.push_back(ended);
     }
 
+    /// Whether the object was at rest before this stamp, in as much noise as there may be.
+    fn lay_still(&self, first: i64) -> bool {
+        let before = self.recent.iter().filter(|frame| frame.stamp < first);
+        let before = before.filter(|frame| since(frame.stamp, first) <= REST);
+        let points: Vec<Point> = before.map(|frame| Point::new(frame.x, frame.y)).collect();
+        points.len() >= FRAMES && lies_still(&points, NOISIER * self.noise)
+    }
+
     /// Nothing is seen for a while, or for ever.
     fn pause(&mut self) {
         self.settle();
         self.frames.clear();
+        self.recent.clear();
         self.ended.push_back(std::mem::take(&mut self.flight));
     }
 
@@ -517,5 +545,30 @@ mod tests {
         let count = |noise: f64| (0..20).filter(|seed| turned(noise, *seed)).count();
         assert_eq!(count(0.0015), 0);
         assert!(count(rig.camera.noise) > 0);
+    }
+
+    #[test]
+    fn what_is_struck_from_rest_was_not_turned_round() {
+        // Such noise before a strike, twice what the rig file says.
+        let rig = Rig::demo(Shape::Cylinder);
+        let slide = |t: f64| 0.7 * t.clamp(0.0, 0.4) - 0.8 * t.clamp(0.0, 0.4).powi(2);
+        let turned = |before: &dyn Fn(f64) -> f64, seed: u32| {
+            let wave = |i: i64, k: f64| (i as f64 * k + f64::from(seed)).sin();
+            let wobble = |i: i64| 0.001 * (wave(i, 0.19) + wave(i, 0.37));
+            let frames = (0..300_i64).map(|i| {
+                let t = i as f64 / 240.0 - 0.5;
+                Sample {
+                    stamp: i * 1_000_000_000 / 240,
+                    x: if t < 0.0 { before(t) } else { slide(t) } + wobble(i),
+                    y: wobble(i + 1000),
+                }
+            });
+            turned_round(&rig, rig.camera.noise, frames.take(160)).is_some()
+        };
+        let count =
+            |before: &dyn Fn(f64) -> f64| (0..20).filter(|seed| turned(before, *seed)).count();
+        assert_eq!(count(&|_| 0.0), 0);
+        // What comes to the same place as slowly as shows, is.
+        assert_eq!(count(&|t| -0.25 * t), 20);
     }
 }

@@ -24,7 +24,7 @@ pub(crate) use self::contact::reaches_fence;
 pub(crate) use self::frames::{Frame, Frames, outliers};
 pub(crate) use self::held::{held, held_until};
 use self::motion::first_motion;
-pub(crate) use self::rest::is_rest;
+pub(crate) use self::rest::{NOISIER, is_rest, lies_still};
 use self::rest::{initial, rest_after, rest_before};
 use self::tolerances::{FRAMES_AFTER, GAP_LATER, REST_BEFORE, SURELY_AWAY_NOISE};
 use crate::bounces::turned_round;

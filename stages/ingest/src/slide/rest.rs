@@ -18,6 +18,8 @@ const CREEP_TIME: f64 = 0.08;
 const REST_FRAMES: usize = 4;
 /// Trackers shift by as much when a marker is lost: less is no motion, in m.
 const WANDER: f64 = 0.002;
+/// A camera's noise may be this many times what its rig file says, and no more.
+pub(crate) const NOISIER: f64 = 3.0;
 /// An object struck leaves at this part of the robot's slowest strike at least; a hand's carrying is slower.
 const STRUCK: f64 = 0.5;
 
@@ -29,7 +31,7 @@ pub(super) struct Rest {
 }
 
 /// Whether these frames lie still: within noise of one place, without drift from their first to their last third.
-fn lies_still(points: &[Point], noise: f64) -> bool {
+pub(crate) fn lies_still(points: &[Point], noise: f64) -> bool {
     let reach = AT_PLACE_NOISE * noise + WANDER;
     let middle = median_point(points);
     let third = points.len().div_ceil(3);
@@ -56,7 +58,7 @@ pub(super) fn rest_before(frames: &Frames<'_>) -> Result<Rest, Rejection> {
     // An object that was only just put down rests for a shorter time.
     for time in [REST_BEFORE, REST_AFTER] {
         let points = frames.points(frames.at(-time), to);
-        let noise = spread(&points).clamp(known, 3.0 * known);
+        let noise = spread(&points).clamp(known, NOISIER * known);
         if points.len() >= REST_FRAMES && lies_still(&points, noise) {
             return Ok(Rest {
                 place: median_point(&points),
