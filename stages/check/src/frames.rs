@@ -59,8 +59,9 @@ fn turns(pairs: &[Pair], sign: f64) -> Vec<f64> {
     pairs.iter().map(turn).collect()
 }
 
-/// What is wrong with the frames of these pairs: of one log, or of all.
-pub fn findings(pairs: &[Pair], log: Option<&str>) -> Vec<Finding> {
+/// What is wrong with the frames of these pairs: of one log, or of all. Commands that are not logged (`is_logged`), for which the arm's measured
+/// motion stands, are in no other form.
+pub fn findings(pairs: &[Pair], log: Option<&str>, is_logged: bool) -> Vec<Finding> {
     let fewest = if log.is_some() { FEWEST_OF_ONE } else { FEWEST };
     // Slower than any strike, a motion is not the command's.
     let pairs: Vec<Pair> = pairs
@@ -83,7 +84,7 @@ pub fn findings(pairs: &[Pair], log: Option<&str>) -> Vec<Finding> {
     let Some((heading, heading_spread)) = middle(&headings) else {
         return Vec::new();
     };
-    if spread < ONE_ANGLE && heading_spread > MANY_HEADINGS {
+    if is_logged && spread < ONE_ANGLE && heading_spread > MANY_HEADINGS {
         return vec![Finding::ConstantHeading {
             log: log(),
             strikes,
@@ -91,10 +92,8 @@ pub fn findings(pairs: &[Pair], log: Option<&str>) -> Vec<Finding> {
             spread: heading_spread,
         }];
     }
-    if let Some(found) = constant_speed(&pairs, log()) {
-        return vec![found];
-    }
-    if let Some(found) = speed_and_angle(&pairs, log()) {
+    let of_record = || constant_speed(&pairs, log()).or_else(|| speed_and_angle(&pairs, log()));
+    if let Some(found) = is_logged.then(of_record).flatten() {
         return vec![found];
     }
     let points: Vec<(f64, f64)> = about
@@ -346,7 +345,7 @@ mod tests {
                 Pair::made(i, [speed, angle], velocity, 0.2)
             })
             .collect();
-        findings(&pairs, None)
+        findings(&pairs, None, true)
     }
 
     #[test]

@@ -35,7 +35,9 @@ pub use crate::statistics::wrapped;
 pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let paired: Vec<Pairs> = logs.iter().map(|log| pairs::pairs(log.seen)).collect();
     let all: Vec<Pair> = paired.iter().flat_map(|of| of.pairs.clone()).collect();
-    let mut findings = frames::findings(&all, None);
+    let is_logged = |log: &LogRead<'_>| !log.seen.is_by_state;
+    let commanded = logs.iter().any(is_logged);
+    let mut findings = frames::findings(&all, None, commanded);
     let is_wrong = |finding: &Finding| finding.severity() == Severity::Meaningless;
     // One log of another robot among others is not seen in all of them together, or makes them seem unrelated to their commands.
     let is_vague = |finding: &Finding| matches!(finding, Finding::Unrelated { .. });
@@ -48,7 +50,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     if !is_torn && logs.len() > 1 && findings.iter().all(|f| !is_wrong(f) || is_vague(f)) {
         let each = logs.iter().zip(&paired);
         let of_logs: Vec<Finding> = each
-            .flat_map(|(log, of)| frames::findings(&of.pairs, Some(log.name)))
+            .flat_map(|(log, of)| frames::findings(&of.pairs, Some(log.name), is_logged(log)))
             .filter(is_wrong)
             .collect();
         let says_more = of_logs.iter().any(|finding| !is_vague(finding));
@@ -57,7 +59,8 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
             findings.extend(of_logs);
         }
     }
-    let each = logs.iter().zip(&paired).filter(|_| !is_torn);
+    let each = logs.iter().zip(&paired);
+    let each = each.filter(|(log, _)| !is_torn && is_logged(log));
     let others: Vec<Finding> = each
         .filter_map(|(log, of)| other_commands::findings(&of.pairs, log.name))
         .collect();
@@ -78,7 +81,6 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         findings.extend(clocks(logs, &paired));
         if !is_polar {
             findings.extend(speeds(rig, &all));
-            let commanded = logs.iter().any(|log| !log.seen.is_by_state);
             findings.extend(limits(rig, &all, commanded));
         }
     }
