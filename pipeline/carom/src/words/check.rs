@@ -46,11 +46,14 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 of(log.as_deref())
             ),
             "the camera's picture, or the commands, are mirrored about the x axis",
-            if rig.frames.mirrored {
-                "take out `mirrored = true` under [frames]".into()
-            } else {
-                "state `[frames] mirrored = true`, or negate y where it is tracked".into()
-            },
+            of_one(
+                log.as_deref(),
+                if rig.frames.mirrored {
+                    "take out `mirrored = true` under [frames]".into()
+                } else {
+                    "state `[frames] mirrored = true`, or negate y where it is tracked".into()
+                },
+            ),
         ),
         Finding::AxesSwapped {
             log,
@@ -63,9 +66,12 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 of(log.as_deref())
             ),
             "the tracker's axes are swapped",
-            format!(
-                "exchange the paths: `[topics.centroid] x = \"{}\"  y = \"{}\"`, and give [table] in the same frame",
-                rig.topics.centroid.y, rig.topics.centroid.x
+            of_one(
+                log.as_deref(),
+                format!(
+                    "exchange the paths: `[topics.centroid] x = \"{}\"  y = \"{}\"`, and give [table] in the same frame",
+                    rig.topics.centroid.y, rig.topics.centroid.x
+                ),
             ),
         ),
         Finding::Turned {
@@ -108,7 +114,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             said(
                 seen,
                 "the arm's base, or the camera, is turned about the table",
-                mend,
+                of_one(log.as_deref(), mend),
             )
         }
         Finding::ConstantHeading {
@@ -582,6 +588,16 @@ fn significant(value: f64) -> String {
 
 fn of(log: Option<&str>) -> String {
     log.map_or(String::new(), |log| format!("{log}: "))
+}
+
+/// What mends one log alone would spoil the others.
+fn of_one(log: Option<&str>, mend: String) -> String {
+    match log {
+        None => mend,
+        Some(_) => format!(
+            "the other logs do not say so: give this one a run of its own, by a rig file of its own; there {mend}"
+        ),
+    }
 }
 
 fn rejected_for(reason: RejectReason) -> &'static str {
