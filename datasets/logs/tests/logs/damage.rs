@@ -127,12 +127,12 @@ fn a_damaged_chunk_is_left_out_and_the_others_are_read() {
     }
 }
 
-/// A chunk that is too large to be held is unpacked twice: once for its CRC, before anything of it is given.
+/// A chunk that is too large to be held is read or unpacked twice: once for its CRC, before anything of it is given.
 #[test]
 fn a_large_chunk_is_given_as_a_whole_or_not_at_all() {
     let written = samples(100_000);
-    for compression in [Compression::Zstd, Compression::Lz4] {
-        let mut file = write(Encoding::Cdr, options(Some(compression), 1 << 25), &written);
+    for compression in [None, Some(Compression::Zstd), Some(Compression::Lz4)] {
+        let mut file = write(Encoding::Cdr, options(compression, 1 << 25), &written);
         let mut offsets = record_offsets(&file).into_iter();
         let chunk = offsets.find(|at| file[*at] == op::CHUNK).expect("a chunk");
         let unpacked = chunk + 9 + 16;
@@ -140,6 +140,8 @@ fn a_large_chunk_is_given_as_a_whole_or_not_at_all() {
         assert!(size > 8 << 20, "{size}");
         let (read_whole, summary) = read(&file).expect("reads");
         assert!(read_whole == written && summary.damage.is_empty());
+        let (part, summary) = read(&file[..file.len() / 2]).expect("reads");
+        assert!(part.len() > 1_000 && part == written[..part.len()] && summary.truncated());
 
         file[unpacked + 8] ^= 1;
         match read(&file) {
@@ -154,6 +156,24 @@ fn a_large_chunk_is_given_as_a_whole_or_not_at_all() {
             Err(error) => assert!(matches!(error, LogError::MissingTopic { .. }), "{error}"),
         }
     }
+}
+
+/// Where no chunk has a CRC, that of all data shows what is wrong in a chunk that is not held.
+#[test]
+fn a_flipped_bit_in_a_large_chunk_without_a_crc_distrusts_all() {
+    let options = options(None, 1 << 25).calculate_chunk_crcs(false);
+    let mut file = write(Encoding::Cdr, options, &samples(100_000));
+    let chunk = record_offsets(&file)
+        .into_iter()
+        .find(|at| file[*at] == op::CHUNK)
+        .expect("a chunk");
+    let (_, summary) = read(&file).expect("reads");
+    assert!(summary.damage.is_empty(), "{:?}", summary.damage);
+    // In a stamp or number: the message is decoded all the same.
+    file[chunk + (6 << 20)] ^= 1;
+    let (_, summary) = read(&file).expect("reads");
+    let extents: Vec<_> = summary.damage.iter().map(|damage| damage.extent).collect();
+    assert!(extents.contains(&Extent::Unlocated), "{extents:?}");
 }
 
 #[test]
