@@ -20,7 +20,7 @@ const MOST_BYTES: usize = 12 << 20;
 const MOST_MESSAGES: usize = 4096;
 const MOST_IMAGES: usize = 32;
 /// Bytes that the pixels of these images take at the most, unless one takes more.
-const MOST_PIXEL_BYTES: usize = 52 << 20;
+const MOST_PIXEL_BYTES: usize = 44 << 20;
 
 /// Tracks images, each by itself, on any thread.
 pub(crate) struct FrameTracker<'a> {
