@@ -158,24 +158,6 @@ fn a_large_chunk_is_given_as_a_whole_or_not_at_all() {
     }
 }
 
-/// Where no chunk has a CRC, that of all data shows what is wrong in a chunk that is not held.
-#[test]
-fn a_flipped_bit_in_a_large_chunk_without_a_crc_distrusts_all() {
-    let options = options(None, 1 << 25).calculate_chunk_crcs(false);
-    let mut file = write(Encoding::Cdr, options, &samples(100_000));
-    let chunk = record_offsets(&file)
-        .into_iter()
-        .find(|at| file[*at] == op::CHUNK)
-        .expect("a chunk");
-    let (_, summary) = read(&file).expect("reads");
-    assert!(summary.damage.is_empty(), "{:?}", summary.damage);
-    // In a stamp or number: the message is decoded all the same.
-    file[chunk + (6 << 20)] ^= 1;
-    let (_, summary) = read(&file).expect("reads");
-    let extents: Vec<_> = summary.damage.iter().map(|damage| damage.extent).collect();
-    assert!(extents.contains(&Extent::Unlocated), "{extents:?}");
-}
-
 #[test]
 fn a_flipped_bit_outside_of_chunks_distrusts_all() {
     let mut file = write(
