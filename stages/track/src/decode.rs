@@ -54,6 +54,11 @@ impl Decoder {
         Ok(&self.image)
     }
 
+    /// The image that was decoded last.
+    pub(crate) fn into_image(self) -> Image {
+        self.image
+    }
+
     fn compressed(&mut self, data: &[u8]) -> Result<(), ImageError> {
         if data.starts_with(&[0xff, 0xd8]) {
             jpeg(&mut self.image, &mut self.scans, data)

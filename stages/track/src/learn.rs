@@ -151,5 +151,6 @@ fn decoded(kept: &Kept) -> Option<Image> {
     let Kept { channel, data } = kept;
     let message = ImageMessage::parse(&channel.schema, &channel.encoding, data).ok()?;
     let mut decoder = Decoder::default();
-    decoder.decode(&message).ok().cloned()
+    decoder.decode(&message).ok()?;
+    Some(decoder.into_image())
 }

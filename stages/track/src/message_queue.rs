@@ -19,6 +19,8 @@ use crate::{Decoder, Tracker};
 const MOST_BYTES: usize = 12 << 20;
 const MOST_MESSAGES: usize = 4096;
 const MOST_IMAGES: usize = 32;
+/// Bytes that the pixels of these images take at the most, unless one takes more.
+const MOST_PIXEL_BYTES: usize = 44 << 20;
 
 /// Tracks images, each by itself, on any thread.
 pub(crate) struct FrameTracker<'a> {
@@ -81,6 +83,8 @@ pub(crate) struct MessageQueue<'s, 'scope> {
     queued: VecDeque<(Queued, usize)>,
     bytes: usize,
     images: usize,
+    /// Images that may wait: one, until it is known how large they are.
+    most_images: usize,
 }
 
 impl<'s, 'scope> MessageQueue<'s, 'scope> {
@@ -92,6 +96,7 @@ impl<'s, 'scope> MessageQueue<'s, 'scope> {
             queued: VecDeque::new(),
             bytes: 0,
             images: 0,
+            most_images: 1,
         }
     }
 
@@ -139,7 +144,7 @@ impl<'s, 'scope> MessageQueue<'s, 'scope> {
     pub(crate) fn next_if_full(&mut self) -> Option<Processed> {
         let is_full = self.bytes > MOST_BYTES
             || self.queued.len() > MOST_MESSAGES
-            || self.images >= MOST_IMAGES;
+            || self.images >= self.most_images;
         if is_full { self.next() } else { None }
     }
 
@@ -153,7 +158,13 @@ impl<'s, 'scope> MessageQueue<'s, 'scope> {
         match message {
             Queued::Ready(processed) => Some(processed),
             Queued::Image(log_time, frame) => match wait(&frame) {
-                Some(frame) => Some(Processed::Frame(log_time, frame)),
+                Some(frame) => {
+                    if let Some([width, height]) = frame.size {
+                        let most = MOST_PIXEL_BYTES / (3 * width * height);
+                        self.most_images = most.clamp(1, MOST_IMAGES);
+                    }
+                    Some(Processed::Frame(log_time, frame))
+                }
                 // The thread that tracked it panicked, and so does the scope at its end.
                 None => self.next(),
             },

@@ -1,4 +1,7 @@
-//! The records within a chunk. Its CRC, where it has one, is checked before the first of them is given.
+//! The records within a chunk, one at a time. Its CRC, where it has one, is checked before the first of them is given: the chunk is read, or
+//! unpacked, twice, so that none is held as a whole.
+
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 
 use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -11,6 +14,7 @@ pub(super) enum ChunkFault<E> {
     /// Its bytes are not what they should be.
     Damaged(String),
     Compression(String),
+    Io(io::Error),
     /// It takes too much memory to unpack.
     TooLarge {
         size: u64,
@@ -19,19 +23,72 @@ pub(super) enum ChunkFault<E> {
     Ended(E),
 }
 
+impl<E> From<io::Error> for ChunkFault<E> {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
 /// Called with the opcode and body of a record, and whether a CRC covers it.
 type EachRecord<'a, E> = &'a mut dyn FnMut(u8, &[u8], bool) -> Result<(), E>;
 
+/// What can be read at any place.
+pub(super) trait Source: Read + Seek {}
+
+impl<S: Read + Seek> Source for S {}
+
+/// A record's body: in memory, or where it stands in the file.
+pub(super) enum Body<'a> {
+    Held(&'a [u8]),
+    InFile {
+        source: &'a mut dyn Source,
+        from: u64,
+        length: u64,
+    },
+}
+
+/// Bytes of a file that are read at once.
+const READ_SIZE: usize = 256 << 10;
+
+impl Body<'_> {
+    fn length(&self) -> u64 {
+        match self {
+            Self::Held(bytes) => bytes.len() as u64,
+            Self::InFile { length, .. } => *length,
+        }
+    }
+
+    /// Its bytes from one of them on.
+    fn after(&mut self, at: u64) -> io::Result<Box<dyn BufRead + '_>> {
+        Ok(match self {
+            Self::Held(bytes) => Box::new(&bytes[(at as usize).min(bytes.len())..]),
+            Self::InFile {
+                source,
+                from,
+                length,
+            } => {
+                source.seek(SeekFrom::Start(*from + at))?;
+                let rest = source.take(length.saturating_sub(at));
+                Box::new(BufReader::with_capacity(READ_SIZE, rest))
+            }
+        })
+    }
+}
+
 /// Calls `each` with the records of a chunk; of one that is not `whole`, with those that are there.
 pub(super) fn each<E>(
-    body: &[u8],
+    body: &mut Body<'_>,
     whole: bool,
     limits: &Limits,
     each: EachRecord<'_, E>,
 ) -> Result<(), ChunkFault<E>> {
-    let header = Header::parse(body)
+    let mut start = Vec::new();
+    body.after(0)?
+        .take(LONGEST_HEADER)
+        .read_to_end(&mut start)?;
+    let header = Header::parse(&start)
         .ok_or_else(|| ChunkFault::Damaged("a chunk's header is not whole".into()))?;
-    if whole && header.packed > header.records.len() as u64 {
+    if whole && header.packed > body.length() - header.length {
         return Err(ChunkFault::Damaged(
             "a chunk says that it is longer than its record".into(),
         ));
@@ -43,20 +100,14 @@ pub(super) fn each<E>(
         });
     }
     match header.compression {
-        "" => each_plain(&header, whole, each),
-        "zstd" | "lz4" => {
-            let both = header.packed.saturating_add(header.unpacked);
-            if both > limits.open_chunk as u64 {
-                return Err(ChunkFault::TooLarge {
-                    size: both,
-                    limit: limits.open_chunk as u64,
-                });
-            }
-            each_packed(body, &header, whole, limits, each)
-        }
+        "" => each_plain(body, &header, whole, each),
+        "zstd" | "lz4" => each_packed(body, &header, whole, limits, each),
         other => Err(ChunkFault::Compression(other.into())),
     }
 }
+
+/// A header with a longer name of a compression is none.
+const LONGEST_HEADER: u64 = 4096;
 
 /// A chunk's fields. Source: MCAP specification, Chunk (op=0x06).
 struct Header<'a> {
@@ -64,7 +115,8 @@ struct Header<'a> {
     crc: u32,
     compression: &'a str,
     packed: u64,
-    records: &'a [u8],
+    /// Bytes before the records.
+    length: u64,
 }
 
 impl<'a> Header<'a> {
@@ -80,38 +132,42 @@ impl<'a> Header<'a> {
             crc: u32::from_le_bytes(*crc),
             compression: std::str::from_utf8(compression).ok()?,
             packed: u64::from_le_bytes(*packed),
-            records,
+            length: (body.len() - records.len()) as u64,
         })
     }
 }
 
 /// Records that are not compressed stand in the chunk as they are.
 fn each_plain<E>(
+    body: &mut Body<'_>,
     header: &Header<'_>,
     whole: bool,
     each: EachRecord<'_, E>,
 ) -> Result<(), ChunkFault<E>> {
-    let length = usize::try_from(header.packed)
-        .unwrap_or(usize::MAX)
-        .min(header.records.len());
-    let mut rest = &header.records[..length];
+    let mut left = header.packed.min(body.length() - header.length);
     let checked = whole && header.crc != 0;
     if checked {
-        let found = crc32fast::hash(rest);
+        let found = crc_of(body.after(header.length)?.take(left))?;
         if found != header.crc {
             return Err(crc_mismatch(header.crc, found));
         }
     }
-    while let Some((prefix, after)) = rest.split_first_chunk::<PREFIX>() {
-        let [opcode, length @ ..] = *prefix;
-        let length = usize::try_from(u64::from_le_bytes(length)).unwrap_or(usize::MAX);
-        let Some((body, next)) = after.split_at_checked(length) else {
+    let mut records = body.after(header.length)?.take(left);
+    let mut record = Vec::new();
+    while left >= PREFIX as u64 {
+        let mut prefix = [0; PREFIX];
+        records.read_exact(&mut prefix)?;
+        let [opcode, length @ ..] = prefix;
+        let length = u64::from_le_bytes(length);
+        if length > left - PREFIX as u64 {
             break;
-        };
-        each(opcode, body, checked).map_err(ChunkFault::Ended)?;
-        rest = next;
+        }
+        record.resize(length as usize, 0);
+        records.read_exact(&mut record)?;
+        each(opcode, &record, checked).map_err(ChunkFault::Ended)?;
+        left -= PREFIX as u64 + length;
     }
-    if rest.is_empty() {
+    if left == 0 {
         Ok(())
     } else {
         Err(ChunkFault::Damaged(
@@ -120,12 +176,25 @@ fn each_plain<E>(
     }
 }
 
-/// An unpacked chunk up to this size is held as a whole while its CRC is checked; a larger one is unpacked twice, a record at a time.
-const HELD: u64 = 8 << 20;
+fn crc_of(mut bytes: impl BufRead) -> io::Result<u32> {
+    let mut hasher = crc32fast::Hasher::new();
+    loop {
+        let some = bytes.fill_buf()?;
+        if some.is_empty() {
+            return Ok(hasher.finalize());
+        }
+        hasher.update(some);
+        let length = some.len();
+        bytes.consume(length);
+    }
+}
+
+/// An unpacked chunk up to this size is held as a whole while its CRC is checked, and a record up to this size is read as a whole.
+pub(super) const HELD: u64 = 8 << 20;
 
 /// Records that are compressed are unpacked by the mcap crate, fed with this chunk alone.
 fn each_packed<E>(
-    body: &[u8],
+    body: &mut Body<'_>,
     header: &Header<'_>,
     whole: bool,
     limits: &Limits,
@@ -136,7 +205,7 @@ fn each_packed<E>(
         .with_skip_start_magic(true)
         .with_skip_end_magic(true)
         .with_record_length_limit(limits.chunk);
-    let unpack = |options, each: EachRecord<'_, E>| unpack(body, header, whole, options, each);
+    let mut unpack = |options, each: EachRecord<'_, E>| unpack(body, header, whole, options, each);
     let is_held = header.unpacked <= HELD;
     if checked && !is_held {
         let options = options.clone().with_validate_chunk_crcs(true);
@@ -147,33 +216,29 @@ fn each_packed<E>(
 }
 
 fn unpack<E>(
-    body: &[u8],
+    body: &mut Body<'_>,
     header: &Header<'_>,
     whole: bool,
     options: LinearReaderOptions,
     each: EachRecord<'_, E>,
 ) -> Result<(), ChunkFault<E>> {
     let mut reader = LinearReader::new_with_options(options);
-    let header_length = body.len() - header.records.len();
     let length = if whole {
-        body.len() as u64
+        body.length()
     } else {
-        header.packed.saturating_add(header_length as u64)
+        header.packed.saturating_add(header.length)
     };
     let mut prefix = [op::CHUNK; PREFIX];
     prefix[1..].copy_from_slice(&length.to_le_bytes());
-    let mut parts = [&prefix[..], body].into_iter();
-    let mut left: &[u8] = &[];
+    let mut left = PREFIX as u64 + body.length();
+    let mut bytes = prefix.chain(body.after(0)?);
     while let Some(event) = reader.next_event() {
         match event {
             Ok(LinearReadEvent::ReadRequest(need)) => {
-                if left.is_empty() {
-                    left = parts.next().unwrap_or_default();
-                }
-                let (now, later) = left.split_at(need.min(left.len()));
-                reader.insert(now.len()).copy_from_slice(now);
-                reader.notify_read(now.len());
-                left = later;
+                let size = left.min(need as u64) as usize;
+                let read = bytes.read(reader.insert(size))?;
+                reader.notify_read(read);
+                left -= read as u64;
             }
             Ok(LinearReadEvent::Record { opcode, data }) => {
                 each(opcode, data, false).map_err(ChunkFault::Ended)?;

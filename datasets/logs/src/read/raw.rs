@@ -12,9 +12,9 @@ use std::sync::Arc;
 use mcap::records::{Record, op};
 
 use super::bag::{self, JoinedHash, Opened};
-use super::chunk::{self, ChunkFault};
+use super::chunk::{self, Body, ChunkFault};
 use super::event::{Damage, Extent};
-use super::records::{self, Ending, Records};
+use super::records::{Ending, Records};
 use super::request::Limits;
 use crate::{LogError, SchemaText};
 
@@ -292,7 +292,13 @@ impl<'a, T: Take> Reading<'a, T> {
         let log = self.log.clone();
         let mut records = Records::new(&log, source, self.limits.record)?;
         let ending = records.each(&mut |offset, opcode, body| self.record(offset, opcode, body))?;
-        self.end(ending)?;
+        // What is whole of the chunk that a cut goes through.
+        if let Ending::Cut { offset } = ending
+            && let Some((op::CHUNK, body)) = records.cut(offset)?
+        {
+            self.chunk(offset, body, false)?;
+        }
+        self.end(ending);
         Ok(records.sha256()?)
     }
 
@@ -388,20 +394,21 @@ impl<'a, T: Take> Reading<'a, T> {
         Arc::new(with_id(free.unwrap_or(raw.id)))
     }
 
-    fn record(&mut self, offset: u64, opcode: u8, body: &[u8]) -> Result<(), T::Error> {
-        if opcode == op::CHUNK {
-            return self.chunk(offset, body, true);
-        }
+    fn record(&mut self, offset: u64, opcode: u8, body: Body<'_>) -> Result<(), T::Error> {
+        let body = match body {
+            Body::Held(body) if opcode != op::CHUNK => body,
+            chunk => return self.chunk(offset, chunk, true),
+        };
         if let Err(why) = self.plain(opcode, body, false)? {
             self.lose(offset, Extent::Part, why);
         }
         Ok(())
     }
 
-    fn chunk(&mut self, offset: u64, body: &[u8], whole: bool) -> Result<(), T::Error> {
+    fn chunk(&mut self, offset: u64, mut body: Body<'_>, whole: bool) -> Result<(), T::Error> {
         let limits = self.limits;
         let mut wrong = None;
-        let outcome = chunk::each(body, whole, &limits, &mut |opcode, body, checked| {
+        let outcome = chunk::each(&mut body, whole, &limits, &mut |opcode, body, checked| {
             if let Err(why) = self.plain(opcode, body, checked)? {
                 wrong.get_or_insert(why);
             }
@@ -411,6 +418,10 @@ impl<'a, T: Take> Reading<'a, T> {
             Ok(()) => {}
             Err(ChunkFault::Damaged(why)) => wrong = Some(why),
             Err(ChunkFault::Ended(error)) => return Err(error),
+            Err(ChunkFault::Io(source)) => {
+                let log = self.log.clone();
+                return Err(LogError::Io { log, source }.into());
+            }
             Err(ChunkFault::Compression(compression)) => {
                 let log = self.log.clone();
                 return Err(LogError::Compression { log, compression }.into());
@@ -558,7 +569,7 @@ impl<'a, T: Take> Reading<'a, T> {
     }
 
     /// What the end of the file says of the whole.
-    fn end(&mut self, ending: Ending) -> Result<(), T::Error> {
+    fn end(&mut self, ending: Ending) {
         match ending {
             Ending::Whole => {}
             Ending::Index { offset, why } => self.lose(offset, Extent::Index, why),
@@ -571,18 +582,11 @@ impl<'a, T: Take> Reading<'a, T> {
                 self.lose(offset, extent, why);
             }
             Ending::Broken { offset, why } => self.lose(offset, Extent::Rest, why),
-            Ending::Cut { offset, tail } => {
-                // What is whole of the chunk that the cut goes through.
-                if tail.first() == Some(&op::CHUNK)
-                    && let Some(body) = tail.get(records::PREFIX..)
-                {
-                    self.chunk(offset, body, false)?;
-                }
+            Ending::Cut { offset } => {
                 let why = "the file ends here, within its data".into();
                 self.lose(offset, Extent::Rest, why);
             }
         }
-        Ok(())
     }
 }
 

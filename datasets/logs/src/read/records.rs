@@ -1,4 +1,4 @@
-//! The records of a file, one after another, and how it ends.
+//! The records of a file, one after another, and how it ends. A chunk that is large is given where it stands.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -7,6 +7,7 @@ use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use sha2::{Digest, Sha256};
 
+use super::chunk::{Body, HELD};
 use crate::LogError;
 
 /// Bytes before a record's body: its opcode and length.
@@ -25,14 +26,14 @@ pub(super) enum Ending {
     Index { offset: u64, why: String },
     /// The messages' CRC, which ends here, is wrong.
     DataCrc { offset: u64 },
-    /// In the middle of its data; the record that is cut begins at `offset` and is what is left of it.
-    Cut { offset: u64, tail: Vec<u8> },
+    /// In the middle of its data; the record that is cut begins at `offset`.
+    Cut { offset: u64 },
     /// From here on it makes no sense.
     Broken { offset: u64, why: String },
 }
 
 /// Called with the offset, opcode and body of a record.
-pub(super) type EachRecord<'a, E> = &'a mut dyn FnMut(u64, u8, &[u8]) -> Result<(), E>;
+pub(super) type EachRecord<'a, E> = &'a mut dyn FnMut(u64, u8, Body<'_>) -> Result<(), E>;
 
 /// A file's records, streamed, and the hash of its bytes.
 pub(super) struct Records<'a, R> {
@@ -70,6 +71,8 @@ impl<'a, R: Read + Seek> Records<'a, R> {
         let mut at = 0;
         let start = mcap::MAGIC.len() as u64;
         let mut in_data = true;
+        let mut crc = crc32fast::Hasher::new();
+        crc.update(mcap::MAGIC);
         loop {
             match reader.next_event() {
                 None => return Ok(Ending::Whole),
@@ -88,9 +91,17 @@ impl<'a, R: Read + Seek> Records<'a, R> {
                     at = at.max(start);
                     if opcode == op::DATA_END {
                         in_data = false;
+                        let saved = data.first_chunk::<4>().copied().map(u32::from_le_bytes);
+                        let saved = saved.filter(|saved| *saved != 0);
+                        if saved.is_some_and(|saved| saved != crc.clone().finalize()) {
+                            return Ok(Ending::DataCrc { offset: at });
+                        }
                     }
                     if in_data {
-                        each(at, opcode, data)?;
+                        crc.update(&[opcode]);
+                        crc.update(&(data.len() as u64).to_le_bytes());
+                        crc.update(data);
+                        each(at, opcode, Body::Held(data))?;
                     }
                     at += (PREFIX + data.len()) as u64;
                 }
@@ -100,12 +111,16 @@ impl<'a, R: Read + Seek> Records<'a, R> {
                     let end = len
                         .checked_add(offset + PREFIX as u64)
                         .filter(|end| *end <= self.size);
+                    let is_large = len > self.limit as u64;
                     let Some(end) = end else {
+                        if !is_large {
+                            return Ok(Ending::Cut { offset });
+                        }
                         let why =
                             "a record says that it is longer than what is left of the file".into();
                         return Ok(Ending::Broken { offset, why });
                     };
-                    if !may_be_skipped(opcode) {
+                    if is_large && !may_be_skipped(opcode) {
                         let (log, limit) = (self.log.into(), self.limit as u64);
                         return Err(E::from(LogError::TooLarge {
                             log,
@@ -115,55 +130,48 @@ impl<'a, R: Read + Seek> Records<'a, R> {
                             limit,
                         }));
                     }
-                    self.take_until(end)?;
+                    if opcode == op::CHUNK {
+                        each(offset, opcode, self.in_file(offset, len))?;
+                    } else if !may_be_skipped(opcode) {
+                        let mut body = Vec::new();
+                        self.read_at(offset + PREFIX as u64, len, &mut body)?;
+                        each(offset, opcode, Body::Held(&body))?;
+                    }
+                    self.pass_over(offset, end, &mut crc)?;
                     reader = LinearReader::new_with_options(self.options(false));
                     at = end;
                 }
                 Some(Err(error)) => {
                     drop(reader);
-                    return Ok(self.ending(error, at.max(start), in_data)?);
+                    return Ok(Self::ending(error, at.max(start), in_data));
                 }
             }
         }
     }
 
-    fn ending(&mut self, error: McapError, offset: u64, in_data: bool) -> Result<Ending, LogError> {
+    fn ending(error: McapError, offset: u64, in_data: bool) -> Ending {
         match error {
-            McapError::BadDataCrc { .. } => Ok(Ending::DataCrc { offset }),
-            McapError::UnexpectedEof if in_data => {
-                let mut tail = Vec::new();
-                self.source
-                    .seek(SeekFrom::Start(offset))
-                    .map_err(|source| self.io(source))?;
-                let most = (PREFIX + self.limit) as u64;
-                self.source
-                    .by_ref()
-                    .take(most)
-                    .read_to_end(&mut tail)
-                    .map_err(|source| self.io(source))?;
-                Ok(Ending::Cut { offset, tail })
-            }
-            McapError::UnexpectedEof => Ok(Ending::Index {
+            McapError::UnexpectedEof if in_data => Ending::Cut { offset },
+            McapError::UnexpectedEof => Ending::Index {
                 offset,
                 why: "the file ends within its index".into(),
-            }),
-            error if in_data => Ok(Ending::Broken {
+            },
+            error if in_data => Ending::Broken {
                 offset,
                 why: error.to_string(),
-            }),
-            error => Ok(Ending::Index {
+            },
+            error => Ending::Index {
                 offset,
                 why: error.to_string(),
-            }),
+            },
         }
     }
 
     fn options(&self, from_start: bool) -> LinearReaderOptions {
         LinearReaderOptions::default()
             .with_emit_chunks(true)
-            .with_record_length_limit(self.limit)
+            .with_record_length_limit(self.limit.min(HELD as usize))
             .with_skip_start_magic(!from_start)
-            .with_validate_data_section_crc(from_start)
     }
 
     /// Gives the reader what it needs, or as much as the file has left: a length that lies takes no memory.
@@ -181,31 +189,70 @@ impl<'a, R: Read + Seek> Records<'a, R> {
         Ok(())
     }
 
-    /// Reads, and keeps nothing, up to this byte of the file.
-    fn take_until(&mut self, end: u64) -> Result<(), LogError> {
+    /// What is there of the record at `offset`, which is cut: its opcode and body.
+    pub(super) fn cut(&mut self, offset: u64) -> Result<Option<(u8, Body<'_>)>, LogError> {
+        let from = offset + PREFIX as u64;
+        if from > self.size {
+            return Ok(None);
+        }
+        let mut opcode = Vec::new();
+        self.read_at(offset, 1, &mut opcode)?;
+        let length = self.size - from;
+        Ok(opcode
+            .first()
+            .map(|opcode| (*opcode, self.in_file(offset, length))))
+    }
+
+    /// The body, so long, of the record at `offset`.
+    fn in_file(&mut self, offset: u64, length: u64) -> Body<'_> {
+        Body::InFile {
+            source: &mut self.source,
+            from: offset + PREFIX as u64,
+            length,
+        }
+    }
+
+    fn read_at(&mut self, at: u64, length: u64, bytes: &mut Vec<u8>) -> Result<(), LogError> {
+        let mut read = || {
+            bytes.reserve_exact(usize::try_from(length).unwrap_or_default());
+            self.source.seek(SeekFrom::Start(at))?;
+            self.source.by_ref().take(length).read_to_end(bytes)
+        };
+        let read = read();
+        read.map(drop).map_err(|source| self.io(source))
+    }
+
+    /// Reads a part of the file, up to which all was taken or which was read where it stands, and keeps nothing but its CRC.
+    fn pass_over(
+        &mut self,
+        from: u64,
+        end: u64,
+        crc: &mut crc32fast::Hasher,
+    ) -> Result<(), LogError> {
         let mut buffer = vec![0; 64 << 10];
-        while self.taken < end {
-            let size = (end - self.taken).min(buffer.len() as u64);
+        let mut at = from;
+        let sought = self.source.seek(SeekFrom::Start(from));
+        sought.map_err(|source| self.io(source))?;
+        while at < end {
+            let size = (end - at).min(buffer.len() as u64);
             let buffer = &mut buffer[..usize::try_from(size).unwrap_or_default()];
-            let read = self.source.read(buffer).map_err(|source| LogError::Io {
-                log: self.log.into(),
-                source,
-            })?;
+            let read = self.source.read(buffer);
+            let read = read.map_err(|source| self.io(source))?;
             if read == 0 {
                 break;
             }
-            self.hasher.update(&buffer[..read]);
-            self.taken += read as u64;
+            crc.update(&buffer[..read]);
+            let hashed = usize::try_from(self.taken.saturating_sub(at)).unwrap_or(read);
+            self.hasher.update(&buffer[hashed.min(read)..read]);
+            at += read as u64;
+            self.taken = self.taken.max(at);
         }
         Ok(())
     }
 
     /// SHA-256 of the whole file, in hex.
     pub(super) fn sha256(mut self) -> Result<String, LogError> {
-        self.source
-            .seek(SeekFrom::Start(self.taken))
-            .map_err(|source| self.io(source))?;
-        self.take_until(self.size)?;
+        self.pass_over(self.taken, self.size, &mut crc32fast::Hasher::new())?;
         Ok(durable::hex(&self.hasher.finalize()))
     }
 

@@ -24,15 +24,13 @@ impl<'a> TopicRequest<'a> {
     }
 }
 
-/// How much a file can make the reader hold, in bytes.
+/// How large a file's parts may be, in bytes. One record is held at a time, and no chunk.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// A record as it stands in the file, chunks included.
     pub record: usize,
     /// A chunk when unpacked.
     pub chunk: usize,
-    /// A compressed chunk as it stands and unpacked, together.
-    pub open_chunk: usize,
     /// All schemas and channels together.
     pub schemas: usize,
     /// Damaged places that are listed.
@@ -40,12 +38,11 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// 64 MB for a record and for an unpacked chunk, so that two files read at once stay well under 256 MB.
+    /// 64 MB for a record and for an unpacked chunk.
     fn default() -> Self {
         Self {
             record: 64 << 20,
             chunk: 64 << 20,
-            open_chunk: 96 << 20,
             schemas: 16 << 20,
             damage: 1000,
         }

@@ -127,12 +127,12 @@ fn a_damaged_chunk_is_left_out_and_the_others_are_read() {
     }
 }
 
-/// A chunk that is too large to be held is unpacked twice: once for its CRC, before anything of it is given.
+/// A chunk that is too large to be held is read or unpacked twice: once for its CRC, before anything of it is given.
 #[test]
 fn a_large_chunk_is_given_as_a_whole_or_not_at_all() {
     let written = samples(100_000);
-    for compression in [Compression::Zstd, Compression::Lz4] {
-        let mut file = write(Encoding::Cdr, options(Some(compression), 1 << 25), &written);
+    for compression in [None, Some(Compression::Zstd), Some(Compression::Lz4)] {
+        let mut file = write(Encoding::Cdr, options(compression, 1 << 25), &written);
         let mut offsets = record_offsets(&file).into_iter();
         let chunk = offsets.find(|at| file[*at] == op::CHUNK).expect("a chunk");
         let unpacked = chunk + 9 + 16;
@@ -140,6 +140,8 @@ fn a_large_chunk_is_given_as_a_whole_or_not_at_all() {
         assert!(size > 8 << 20, "{size}");
         let (read_whole, summary) = read(&file).expect("reads");
         assert!(read_whole == written && summary.damage.is_empty());
+        let (part, summary) = read(&file[..file.len() / 2]).expect("reads");
+        assert!(part.len() > 1_000 && part == written[..part.len()] && summary.truncated());
 
         file[unpacked + 8] ^= 1;
         match read(&file) {
