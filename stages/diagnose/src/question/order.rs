@@ -64,6 +64,8 @@ pub(crate) enum Form {
     WearsOff,
     /// From one level to another, over some strikes.
     Ramp,
+    /// It wears from a level, and is made as new at a strike, as a table that is cleaned.
+    MadeNew,
 }
 
 impl Form {
@@ -79,12 +81,16 @@ impl Form {
             Self::DriftAndSessions => "a drift, or wear, within sessions that differ",
             Self::WearsOff => "a step that wears off",
             Self::Ramp => "from one level to another",
+            Self::MadeNew => "wear, made as new once",
         }
     }
 
     /// Whether no effect of the library by the order or by session is of this form.
     pub(crate) fn has_no_name(self) -> bool {
-        matches!(self, Self::Cycle | Self::WearInSessions | Self::WearsOff)
+        matches!(
+            self,
+            Self::Cycle | Self::WearInSessions | Self::WearsOff | Self::MadeNew
+        )
     }
 }
 
@@ -321,6 +327,9 @@ impl InOrder {
         let every = (self.values.len() / BEGINNINGS).max(1);
         for k in (SIDE..self.values.len() - SIDE).step_by(every) {
             let begins = place[k];
+            let before = place.map(|t| if t < begins { t } else { 0.0 });
+            let after = place.map(|t| (t - begins).max(0.0));
+            forms.push((Form::MadeNew, self.beside(vec![before, after]), 3.0));
             for length in LASTS {
                 let since = |t: f64| (t - begins).max(0.0) / length;
                 let worn = |t: f64| f64::from(t >= begins) * (-since(t)).exp();
@@ -580,6 +589,21 @@ mod tests {
             let wear = |i: usize| 20.0 * (1.0 - (-(i as f64) / 30.0).exp());
             assert_eq!(formed(seed, 0.0, 90, 90, wear), Form::Wear);
         }
+    }
+
+    #[test]
+    fn what_wears_and_is_made_as_new_once_has_no_name() {
+        // Made as new in the first third or the middle of a session, it wears as fast as before, or less.
+        let mut told = 0;
+        for seed in 0..10 {
+            for (at, later) in [(40, 1.0), (68, 0.3)] {
+                let worn = |i: usize| 0.12 * i.min(if i < at { i } else { 0 }) as f64;
+                let again = |i: usize| 0.12 * later * i.saturating_sub(at) as f64;
+                let form = formed(seed, 0.0, 120, 60, |i| worn(i) + again(i));
+                told += usize::from(form == Form::MadeNew);
+            }
+        }
+        assert!(told >= 18, "{told} of 20");
     }
 
     #[test]

@@ -9,7 +9,8 @@ use world::{
 use super::{
     Selection,
     fits::{FitCriteria, fit_best},
-    refine::{MANY, standing},
+    penalty::simpler,
+    refine::{MANY, replaced, standing},
 };
 use crate::{
     candidates::Candidate,
@@ -56,10 +57,6 @@ pub(crate) fn with_replacements<'a>(
 ) -> Result<Selection<'a>, WorldError> {
     for candidate in replacements {
         let held = held_beside(&selection, candidate);
-        let is_field = |name: &str| {
-            let spec = effect(name);
-            spec.is_ok_and(|s| matches!(s.naming, Naming::LastResort | Naming::InPlace))
-        };
         let Selection { prepared, null, .. } = &selection;
         let thresholds = prepared.thresholds;
         let share = match held[..] {
@@ -93,6 +90,41 @@ pub(crate) fn with_replacements<'a>(
         }
     }
     Ok(selection)
+}
+
+/// Beside a field, which was found last, asks of each other effect whether a special case of it is enough: the rest of it may have held a part of what
+/// the field holds.
+pub(crate) fn with_special_cases<'a>(
+    mut selection: Selection<'a>,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Selection<'a>, WorldError> {
+    let parts = |selection: &Selection<'_>| -> Vec<&'static str> {
+        let parts = selection.fitted.model.parts.iter();
+        parts.map(|part| part.name).collect()
+    };
+    if !parts(&selection).into_iter().any(is_field) {
+        return Ok(selection);
+    }
+    for name in parts(&selection) {
+        let is_special = |candidate: &&Candidate| simpler(name).contains(&candidate.name);
+        let special: Vec<Candidate> = candidates.iter().filter(is_special).cloned().collect();
+        let place = parts(&selection).iter().position(|part| *part == name);
+        let Some(place) = place.filter(|_| !is_field(name) && !special.is_empty()) else {
+            continue;
+        };
+        if let Some(fitted) = replaced(&selection, place, &special, chance)? {
+            selection.fitted = fitted;
+            selection = standing(selection, chance)?;
+        }
+    }
+    Ok(selection)
+}
+
+/// Whether an effect has a value at each of many places.
+pub(super) fn is_field(name: &str) -> bool {
+    let spec = effect(name);
+    spec.is_ok_and(|spec| matches!(spec.naming, Naming::LastResort | Naming::InPlace))
 }
 
 /// Whether a candidate is asked where nothing of its kind was found: a table of any shape, where tracks of a round object leave what was found by far

@@ -12,7 +12,7 @@ mod refine;
 
 pub(crate) use fits::CandidateFit;
 pub(crate) use forward::{Limits, search};
-pub(crate) use last_resort::{with_last_resorts, with_replacements};
+pub(crate) use last_resort::{with_last_resorts, with_replacements, with_special_cases};
 pub(crate) use refine::{least_that_moves_little, with_rivals, with_wander, without};
 
 use crate::{fit::Fitted, strikes::PreparedStrikes};

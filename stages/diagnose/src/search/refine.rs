@@ -6,6 +6,7 @@ use world::WorldError;
 use super::{
     CandidateFit, SelectedEffect, Selection,
     fits::{FitCriteria, fit_best},
+    last_resort::is_field,
     penalty::{alike, evidence_of, simpler},
 };
 use crate::{
@@ -142,22 +143,29 @@ fn alone(
         .collect()
 }
 
-/// Values of a model beside which no rivals are asked: each costs as much as all.
+/// Values of a model beside which few rivals are asked: each costs as much as all.
 pub(super) const MANY: usize = 40;
 
-/// The same, and who could stand in the place of each effect.
+/// The same, and who could stand in the place of each effect: of a model of many values, what does nearly the same as one of its few.
 pub(crate) fn with_rivals<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
     let is_large = selection.fitted.model.free.len() > MANY;
-    let candidates = if is_large { &[] } else { candidates };
+    let asked = |name: &str| -> Vec<Candidate> {
+        let is_asked = |rival: &str| !is_large || !is_field(name) && alike(name).contains(&rival);
+        let candidates = candidates.iter().filter(|rival| is_asked(rival.name));
+        candidates.cloned().collect()
+    };
     let effects = alone(&selection, chance, Goal::Settled)?
         .into_par_iter()
         .enumerate()
         .map(|(place, (effect, reduced))| match reduced {
-            Some(reduced) => assessed(&selection, place, effect, &reduced, candidates, chance),
+            Some(reduced) => {
+                let rivals = asked(effect.name);
+                assessed(&selection, place, effect, &reduced, &rivals, chance)
+            }
             None => Ok(effect),
         })
         .collect::<Result<_, WorldError>>()?;
@@ -199,7 +207,7 @@ pub(super) fn refine<'a>(
 const NEAR: f64 = 0.9;
 
 /// The model with the best rival in the place of one of its effects, where that is better.
-fn replaced(
+pub(super) fn replaced(
     selection: &Selection<'_>,
     place: usize,
     candidates: &[Candidate],
