@@ -223,9 +223,14 @@ pub enum Finding {
         error: f64,
         strikes: usize,
     },
-    /// By the tip's measured places the camera's lie elsewhere; `misses` where a tip that goes to where the camera sees an object misses it.
+    /// The arm's measured velocities point beside the ways that its measured places go, by this in the middle.
+    StateFrame { beside: f64, strikes: usize },
+    /// By the tip's measured places the arm's origin lies here in the camera's frame, and its axes are turned; both then lie this far apart in
+    /// the mean. `misses` where a tip that goes to where the camera sees an object misses it.
     Displaced {
         by: Point,
+        turn: f64,
+        away: f64,
         strikes: usize,
         misses: bool,
     },
@@ -339,7 +344,7 @@ impl Finding {
                 seen,
                 ..
             } if rejected == seen => Severity::Meaningless,
-            Self::Displaced { misses: true, .. } => Severity::Meaningless,
+            Self::StateFrame { .. } | Self::Displaced { misses: true, .. } => Severity::Meaningless,
             Self::Gathering { times, .. } if *times > PUSHED => Severity::Meaningless,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() <= LONG => Severity::Told,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() > TOO_LONG => {

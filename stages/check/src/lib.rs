@@ -31,9 +31,16 @@ use crate::pairs::{FEWEST, Pair, Pairs};
 use crate::statistics::median;
 pub use crate::statistics::wrapped;
 
+/// Commands slower than this part of the robot's slowest strike are none.
+const SLOWER: f64 = 0.5;
+
 /// Checks logs that were read; `fences` are those that were found in them beside the rig file's.
 pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
-    let paired: Vec<Pairs> = logs.iter().map(|log| pairs::pairs(log.seen)).collect();
+    let slowest = SLOWER * rig.robot.speed.low;
+    let paired: Vec<Pairs> = logs
+        .iter()
+        .map(|log| pairs::pairs(log.seen, slowest))
+        .collect();
     let all: Vec<Pair> = paired.iter().flat_map(|of| of.pairs.clone()).collect();
     let is_logged = |log: &LogRead<'_>| !log.seen.is_by_state;
     let commanded = logs.iter().any(is_logged);
@@ -117,6 +124,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         None => encoder_to_camera(logs),
     };
     if !findings.iter().any(is_wrong) {
+        findings.extend(places::state_frame(logs));
         findings.extend(places::findings(rig, logs, delay));
     }
     let is_sure = delay.filter(Delay::is_sure);

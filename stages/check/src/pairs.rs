@@ -82,7 +82,19 @@ const ORDER: f64 = 3.0;
 
 /// Pairs by the clocks as they are; where at least twice as many come at another delay, or about as many, and in good order where these are in
 /// none (a hand moves objects too), by that one.
-pub fn pairs(seen: &Seen) -> Pairs {
+///
+/// Commands of less than `slowest` (m/s), of which most logs have none, move an arm from place to place; where there are hardly others, speeds are in
+/// another unit.
+pub fn pairs(seen: &Seen, slowest: f64) -> Pairs {
+    let is_fast = |command: &&CommandSeen| command.speed >= slowest;
+    let fast: Vec<CommandSeen> = seen.commands.iter().filter(is_fast).copied().collect();
+    let seen = match fast.len() >= FEWEST && 3 * fast.len() >= seen.commands.len() {
+        true => &Seen {
+            commands: fast,
+            ..seen.clone()
+        },
+        false => seen,
+    };
     let plain = matched(seen, 0.0, |command| {
         (command.rise + FROM_RISE, command.fall + AFTER_FALL)
     });

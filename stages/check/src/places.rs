@@ -5,11 +5,11 @@
 //! command has to do with it.
 
 use ingest::Meeting;
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{Matrix5, Vector5};
 use values::{Point, Rig};
 
 use crate::finding::{Delay, Finding, LogRead};
-use crate::statistics::median;
+use crate::statistics::{median, wrapped};
 
 /// Fewer places say nothing.
 const FEWEST: usize = 10;
@@ -26,6 +26,8 @@ const RADII: f64 = 0.004;
 const SURE: f64 = 4.0;
 /// Frames whose origins lie farther apart than this, in m, are told.
 const ORIGINS: f64 = 0.015;
+/// Frames that are turned by more than this about one another, in rad, are told, too.
+const TOLD_TURN: f64 = 0.05;
 /// Robust deviations from which a place is astray.
 const ASTRAY: f64 = 4.0;
 
@@ -47,8 +49,14 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
                 strikes: line.strikes,
             });
         } else if line.away.norm() > AWAY.max(SURE * line.error()) && 2 * touches < line.strikes {
+            let (by, turn) = match line.turn.abs() > TOLD_TURN.max(SURE * error) {
+                true => (line.by, line.turn),
+                false => (line.away, 0.0),
+            };
             findings.push(Finding::Displaced {
-                by: line.away,
+                by,
+                turn,
+                away: line.away.norm(),
                 strikes: line.strikes,
                 misses: misses(line.away),
             });
@@ -62,8 +70,10 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
         if !findings.iter().any(is_told) {
             findings.push(Finding::Displaced {
                 by: apart.by,
+                turn: apart.turn,
+                away: apart.away.norm(),
                 strikes: apart.delay.strikes,
-                misses: misses(apart.by),
+                misses: misses(apart.away),
             });
         }
     }
@@ -79,98 +89,161 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
     findings
 }
 
+/// The arm's measured velocity where it is not the way that its measured place goes: it is told in another frame.
+pub(crate) fn state_frame(logs: &[LogRead<'_>]) -> Option<Finding> {
+    /// Slower tips show no way, in m/s; a tip's way bends by less than this in so short a time, in rad.
+    const SLOWEST: f64 = 0.1;
+    const BENDS: f64 = 0.15;
+    let meetings = meetings(logs);
+    let way = |m: &Meeting| m.moved.filter(|moved| moved.norm() > SLOWEST);
+    let turn = |m: &Meeting| Some(wrapped(m.velocity.bearing() - way(m)?.bearing()).abs());
+    let turns: Vec<f64> = meetings.iter().filter_map(turn).collect();
+    let strikes = turns.len();
+    let beside = median(turns).filter(|beside| strikes >= FEWEST && *beside > BENDS)?;
+    Some(Finding::StateFrame { beside, strikes })
+}
+
 fn meetings(logs: &[LogRead<'_>]) -> Vec<Meeting> {
     let all = logs.iter().flat_map(|log| &log.seen.meetings);
     let moves = |m: &&Meeting| m.velocity.norm() > 0.0 && m.velocity.is_finite();
     all.filter(moves).copied().collect()
 }
 
-/// The camera's frame and the arm's have other origins.
+/// The camera's frame and the arm's have other origins, or are turned.
 ///
 /// What lies between both centres as an object begins to move is both radii along the tip's heading, what the tip has gone since by a delay,
-/// and what the origins lie apart: three lines that headings and speeds tell from one another. A round object's alone: a box is met anywhere.
+/// and what the origins lie apart: three lines that headings and speeds tell from one another. Where starts lie apart they tell a turn, too.
+/// A round object's alone: a box is met anywhere.
 pub(crate) struct Origins {
-    /// By how much the camera's places lie beside the arm's, in m.
+    /// Where the arm's origin lies by the camera, in m, and by how much its frame is turned, in rad.
     pub(crate) by: Point,
+    pub(crate) turn: f64,
+    /// By how much the camera's places lie beside the arm's, in their mean, in m.
+    pub(crate) away: Point,
     /// The delay and the radii that then are left.
     pub(crate) delay: Delay,
 }
 
-/// Radii, delay and both coordinates of a displacement, with standard errors; the spread of a coordinate, and each meeting's distance left.
+/// Radii, delay, both coordinates of a displacement and a turn, with standard errors; the spread of a coordinate, and each meeting's distance
+/// left.
 struct Fitted {
-    values: Vector4<f64>,
-    errors: Vector4<f64>,
+    values: Vector5<f64>,
+    errors: Vector5<f64>,
     spread: f64,
     left: Vec<f64>,
+}
+
+impl Fitted {
+    fn is_turned(&self) -> bool {
+        self.values[4].abs() > TOLD_TURN.max(SURE * self.errors[4])
+    }
 }
 
 impl Origins {
     /// None where they agree, or where these strikes do not tell.
     pub(crate) fn of(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Self> {
         let reach = rig.object.solid.radius()? + rig.striker.radius;
-        let mut meetings = meetings(logs);
-        let mut fitted = None;
-        // Once more without those that are astray.
-        for _ in 0..2 {
-            if meetings.len() < FEWEST {
-                return None;
-            }
-            let found = Self::through(&meetings, reach)?;
-            let usual = 1.4826 * median(found.left.iter().copied())?;
-            let mut left = found.left.iter();
-            meetings.retain(|_| left.next().is_some_and(|left| *left <= ASTRAY * usual));
-            fitted = Some(found);
-        }
+        let meetings = meetings(logs);
+        let turned = Self::without_astray(&meetings, reach, true)?;
+        let (fitted, strikes) = match turned.0.is_turned() {
+            true => turned,
+            false => Self::without_astray(&meetings, reach, false)?,
+        };
         let Fitted {
             values,
             errors,
             spread,
             ..
-        } = fitted?;
-        let by = Point::new(values[2], values[3]);
+        } = fitted;
+        let (by, turn) = (Point::new(values[2], values[3]), values[4]);
+        let share = 1.0 / meetings.len() as f64;
+        let away = meetings.iter().fold(Point::default(), |sum, m| {
+            sum + (m.tip.rotated(turn) + by - m.tip) * share
+        });
         let is_sure = (2..4).any(|i| values[i].abs() > SURE * errors[i]);
-        (spread < AGREE && by.norm() > ORIGINS && is_sure).then_some(Self {
+        let is_told = by.norm() > ORIGINS && is_sure || turn != 0.0;
+        (spread < AGREE && is_told).then_some(Self {
             by,
+            turn,
+            away,
             delay: Delay {
                 seconds: [values[1], errors[1]],
                 reach: Some([values[0], errors[0]]),
-                strikes: meetings.len(),
+                strikes,
             },
         })
     }
 
-    /// Least squares of radii, delay and both coordinates of the displacement.
-    fn through(meetings: &[Meeting], reach: f64) -> Option<Fitted> {
+    /// The fit, once more without those that are astray, and how many strikes it is of.
+    fn without_astray(meetings: &[Meeting], reach: f64, turns: bool) -> Option<(Fitted, usize)> {
+        let mut meetings = meetings.to_vec();
+        let mut fitted: Option<Fitted> = None;
+        // A turn is found little by little.
+        for _ in 0..if turns { 4 } else { 2 } {
+            if meetings.len() < FEWEST {
+                return None;
+            }
+            let turn = fitted.as_ref().map_or(0.0, |fitted| fitted.values[4]);
+            let found = Self::through(&meetings, reach, turns.then_some(turn))?;
+            let usual = 1.4826 * median(found.left.iter().copied())?;
+            let mut left = found.left.iter();
+            if fitted.is_none() || !turns {
+                meetings.retain(|_| left.next().is_some_and(|left| *left <= ASTRAY * usual));
+            }
+            fitted = Some(found);
+        }
+        Some((fitted?, meetings.len()))
+    }
+
+    /// Least squares of radii, delay and both coordinates of the displacement; with a turn beside one that is known, where that is given.
+    fn through(meetings: &[Meeting], reach: f64, turn: Option<f64>) -> Option<Fitted> {
+        let known = turn.unwrap_or(0.0);
         // For each coordinate of a meeting: its terms, and what lies between the centres beyond the radii.
-        let rows: Vec<(Vector4<f64>, f64)> = meetings
+        let rows: Vec<(Vector5<f64>, f64)> = meetings
             .iter()
             .flat_map(|m| {
-                let towards = m.velocity * (1.0 / m.velocity.norm());
-                let between = m.object - m.tip - towards * reach;
+                let velocity = m.velocity.rotated(known);
+                let towards = velocity * (1.0 / velocity.norm());
+                let touched = m.tip.rotated(known) + towards * reach;
+                let between = m.object - touched;
                 [
-                    (Vector4::new(towards.x, -m.velocity.x, 1.0, 0.0), between.x),
-                    (Vector4::new(towards.y, -m.velocity.y, 0.0, 1.0), between.y),
+                    (
+                        Vector5::new(towards.x, -velocity.x, 1.0, 0.0, -touched.y),
+                        between.x,
+                    ),
+                    (
+                        Vector5::new(towards.y, -velocity.y, 0.0, 1.0, touched.x),
+                        between.y,
+                    ),
                 ]
             })
             .collect();
-        let normal: Matrix4<f64> = rows.iter().map(|(row, _)| row * row.transpose()).sum();
-        let right: Vector4<f64> = rows.iter().map(|(row, value)| row * *value).sum();
+        let mut normal: Matrix5<f64> = rows.iter().map(|(row, _)| row * row.transpose()).sum();
+        let mut right: Vector5<f64> = rows.iter().map(|(row, value)| row * *value).sum();
+        let terms = if turn.is_some() { 5.0 } else { 4.0 };
+        if turn.is_none() {
+            normal.fill_row(4, 0.0);
+            normal.fill_column(4, 0.0);
+            (normal[(4, 4)], right[4]) = (1.0, 0.0);
+        }
         let inverse = normal.cholesky()?.inverse();
-        let values = inverse * right;
-        let misfit = |(row, value): &(Vector4<f64>, f64)| value - row.dot(&values);
+        let mut values = inverse * right;
+        let misfit = |(row, value): &(Vector5<f64>, f64)| value - row.dot(&values);
         let squares: f64 = rows.iter().map(|row| misfit(row).powi(2)).sum();
-        let spread = (squares / (rows.len() as f64 - 4.0).max(1.0)).sqrt();
+        let spread = (squares / (rows.len() as f64 - terms).max(1.0)).sqrt();
         let errors = inverse
             .diagonal()
             .map(|variance| spread * variance.max(0.0).sqrt());
         let left = rows
             .chunks(2)
             .map(|pair| misfit(&pair[0]).hypot(misfit(&pair[1])));
+        let left = left.collect();
+        values[4] += known;
         Some(Fitted {
             values,
             errors,
             spread,
-            left: left.collect(),
+            left,
         })
     }
 }
@@ -181,8 +254,9 @@ struct Similar {
     scale: [f64; 2],
     /// In rad.
     turn: f64,
-    /// By how much the camera's lie beside the arm's in their middle, in m.
+    /// By how much the camera's lie beside the arm's in their middle, in m, and where the arm's origin lies by the camera.
     away: Point,
+    by: Point,
     /// Root mean square of what the line leaves, in m.
     spread: f64,
     strikes: usize,
@@ -247,6 +321,7 @@ impl Similar {
             scale: [scale, error],
             turn,
             away: mean.1 - mean.0,
+            by: mean.1 - mean.0.rotated(turn),
             spread,
             strikes: pairs.len(),
         };
@@ -293,6 +368,7 @@ mod tests {
             Meeting {
                 tip: object - away + velocity * delay,
                 velocity,
+                moved: Some(velocity.rotated(0.02)),
                 object: object * scale + by,
             }
         });
@@ -327,6 +403,35 @@ mod tests {
         for delay in [0.0, 0.03] {
             assert!(Origins::of(&rig, &[log(&seen(1.0, Point::default(), delay))]).is_none());
         }
+    }
+
+    #[test]
+    fn a_turned_frame_is_told_with_the_origin_that_belongs_to_it() {
+        let rig = Rig::demo(Shape::Cylinder);
+        for (turn, by) in [(0.175, Point::default()), (-0.1, Point::new(0.03, -0.05))] {
+            let mut seen = seen(1.0, Point::default(), 0.01);
+            for meeting in &mut seen.meetings {
+                meeting.object = meeting.object.rotated(turn) + by;
+            }
+            let found = Origins::of(&rig, &[log(&seen)]).expect("a turned frame");
+            assert!((found.turn - turn).abs() < 0.02, "{}", found.turn);
+            assert!(found.by.distance(by) < 0.006, "{:?}", found.by);
+            assert!(found.away.norm() > 0.02, "{:?}", found.away);
+        }
+    }
+
+    #[test]
+    fn a_velocity_in_the_frame_of_the_tool_is_not_the_way_that_the_place_goes() {
+        let mut seen = seen(1.0, Point::default(), 0.0);
+        assert_eq!(state_frame(&[log(&seen)]), None);
+        for meeting in &mut seen.meetings {
+            meeting.velocity = Point::new(meeting.velocity.norm(), 0.0);
+        }
+        let found = state_frame(&[log(&seen)]);
+        assert!(
+            matches!(found, Some(Finding::StateFrame { beside, strikes: 30 }) if beside > 0.2),
+            "{found:?}"
+        );
     }
 
     #[test]

@@ -55,6 +55,8 @@ pub struct Meeting {
     pub tip: Point,
     /// Its velocity, in m/s.
     pub velocity: Point,
+    /// The same by its places right before; none where these do not tell.
+    pub moved: Option<Point>,
     /// Place of the object's centre, in m.
     pub object: Point,
 }
@@ -82,6 +84,8 @@ const FEWEST_STATES: usize = 4;
 const MOST_STATES: usize = 400;
 /// The nearest state lies no farther from contact than this, in s: 50 Hz with one missing, and some.
 const NEAREST: f64 = 0.05;
+/// A tip's velocity by its places is taken over this time, in s.
+const WAY: f64 = 0.04;
 /// An arm that delivers less than this part of the command was not seen to strike.
 const LEAST_SHARE: f64 = 0.1;
 /// A state this many times faster than the command is no measurement.
@@ -184,9 +188,13 @@ pub(crate) fn meeting(states: &[State], context: &LaunchContext<'_>) -> Option<M
     let (before, later) = (timed(last), timed(next));
     let share = -before / (later - before);
     let between = |one: Point, other: Point| one + (other - one) * share;
+    let from = placed.partition_point(|state| timed(state) < before - WAY);
+    let (first, went) = (placed[from], before - timed(placed[from]));
+    let moved = (last.position - first.position) * (1.0 / went.max(1e-9));
     (later - before <= NEAREST).then(|| Meeting {
         tip: between(last.position, next.position),
         velocity: between(last.velocity, next.velocity),
+        moved: (went > 0.5 * WAY).then_some(moved),
         object: context.initial,
     })
 }

@@ -90,9 +90,10 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
         (arrival + FRAMES_AFTER).min(*last)
     });
     let met = contact::met(frames, first, rests).map(|end| (end, End::Contact));
-    let left = frames
-        .left_table(first, until)
-        .map(|end| (end, End::LeftView));
+    let left = frames.left_table(first, until);
+    // What is seen no more for so long went somewhere.
+    let lost = (first + FEWEST_CENSORED..until).find(|at| is_lost_before(frames, *at));
+    let left = left.into_iter().chain(lost).map(|end| (end, End::LeftView));
     // An impact may last for some frames. What creeps on until it is taken away was never seen to slide to a rest.
     let is_whole = rested
         .as_ref()
@@ -185,6 +186,11 @@ fn turned(frames: &Frames<'_>, first: usize, until: usize, noise: f64) -> Option
     // The frame before may be its last, or the first of what comes after.
     let at = looked_at.partition_point(|frame| frame.stamp < after);
     Some(first + at.saturating_sub(1))
+}
+
+/// Whether too much time without a frame lies before this one to follow a slide through it.
+fn is_lost_before(frames: &Frames<'_>, at: usize) -> bool {
+    frames.frames[at].t - frames.frames[at - 1].t > GAP_LATER * frames.period
 }
 
 /// Frames that are missing where the slide cannot do without them.

@@ -327,20 +327,45 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 },
             )
         }
-        Finding::Displaced { by, strikes, .. } => said(
+        Finding::StateFrame { beside, strikes } => said(
             format!(
-                "as {strikes} objects begin to move, the tip's measured places lie {:.0} mm away from where it would touch them",
-                by.norm() * 1e3
+                "as {strikes} objects begin to move, the arm's measured velocity points {:.0}° beside the way that its measured place goes, in the middle",
+                beside.to_degrees()
             ),
-            "the camera's frame and the arm's have other origins, or the measured place is the flange's and not the tip's",
+            "the velocity is told in the tool's frame (the child frame of nav_msgs/msg/Odometry), and the place in the table's",
+            "log both in the frame `table`: turn the velocity by the orientation of the tool".into(),
+        ),
+        Finding::Displaced {
+            by,
+            turn,
+            away,
+            strikes,
+            ..
+        } => said(
+            format!(
+                "as {strikes} objects begin to move, the tip's measured places lie {:.0} mm away from where it would touch them{}",
+                away * 1e3,
+                match *turn {
+                    0.0 => String::new(),
+                    turn => format!(", turned by {:.1}°", turn.to_degrees()),
+                }
+            ),
+            match *turn {
+                0.0 => {
+                    "the camera's frame and the arm's have other origins, or the measured place is the flange's and not the tip's"
+                }
+                _ => "the camera's frame and the arm's are turned about one another",
+            },
             {
                 let of_base = rig.frames.command == CommandFrame::Base;
-                let base = *by + rig.robot.base.filter(|_| of_base).unwrap_or_default();
+                let stated = rig.robot.base.filter(|_| of_base).unwrap_or_default();
+                let base = *by + stated.rotated(*turn);
+                let yaw = rig.robot.base_yaw.filter(|_| of_base).unwrap_or(0.0);
                 format!(
                     "state `[frames] command = \"base\"` and `[robot] base = [{:.3}, {:.3}]  base_yaw = {:.3}`, or log the tip's place in the frame `table`",
                     base.x,
                     base.y,
-                    rig.robot.base_yaw.filter(|_| of_base).unwrap_or(0.0)
+                    check::wrapped(yaw + turn)
                 )
             },
         ),

@@ -36,6 +36,8 @@ const LASTS: [f64; 3] = [0.06, 0.125, 0.25];
 const AT_A_LEVEL: f64 = 0.25;
 /// Places of a beginning that are tried.
 const BEGINNINGS: usize = 40;
+/// Places at which a table may have been cleaned.
+const CLEANINGS: usize = 20;
 /// −2 ln L by which a form that the library has no effect for must be better: a hundred to one.
 const EXCLUDED: f64 = 9.2;
 /// Wanders drawn, to which the column is compared.
@@ -327,9 +329,6 @@ impl InOrder {
         let every = (self.values.len() / BEGINNINGS).max(1);
         for k in (SIDE..self.values.len() - SIDE).step_by(every) {
             let begins = place[k];
-            let before = place.map(|t| if t < begins { t } else { 0.0 });
-            let after = place.map(|t| (t - begins).max(0.0));
-            forms.push((Form::MadeNew, self.beside(vec![before, after]), 3.0));
             for length in LASTS {
                 let since = |t: f64| (t - begins).max(0.0) / length;
                 let worn = |t: f64| f64::from(t >= begins) * (-since(t)).exp();
@@ -339,6 +338,13 @@ impl InOrder {
                     forms.push((Form::Ramp, self.beside(vec![place.map(ramp)]), 3.0));
                 }
             }
+        }
+        let every = (self.values.len() / CLEANINGS).max(1);
+        for k in (SIDE..self.values.len() - SIDE).step_by(every) {
+            let cleaned = place[k];
+            let before = place.map(|t| if t < cleaned { t } else { 0.0 });
+            let after = place.map(|t| (t - cleaned).max(0.0));
+            forms.push((Form::MadeNew, self.beside(vec![before, after]), 3.0));
         }
         for each in self.in_turn() {
             let count = each.len() as f64 + 1.0;
