@@ -4,6 +4,8 @@ use ingest::Seen;
 use serde::{Deserialize, Serialize};
 use values::{Fence, Point, Reject, RejectReason};
 
+use crate::frames::TURNED;
+
 /// A log as it was read.
 #[derive(Clone, Debug)]
 pub struct LogRead<'a> {
@@ -290,6 +292,13 @@ pub enum Finding {
         error: f64,
         strikes: usize,
     },
+    /// From this strike of a log on objects leave turned against those before.
+    TurnedWithin {
+        log: String,
+        strike: usize,
+        by: f64,
+        error: f64,
+    },
     /// Objects of a log leave so many times as fast as those of the others, for the same commanded speeds.
     SessionSpeed {
         log: String,
@@ -346,6 +355,7 @@ impl Finding {
             } if rejected == seen => Severity::Meaningless,
             Self::StateFrame { .. } | Self::Displaced { misses: true, .. } => Severity::Meaningless,
             Self::Gathering { times, .. } if *times > PUSHED => Severity::Meaningless,
+            Self::TurnedWithin { by, .. } if by.abs() > TURNED => Severity::Meaningless,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() <= LONG => Severity::Told,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() > TOO_LONG => {
                 Severity::Meaningless
@@ -362,6 +372,7 @@ impl Finding {
             | Self::MostlyRejected { .. }
             | Self::Gathering { .. }
             | Self::SessionTurned { .. }
+            | Self::TurnedWithin { .. }
             | Self::Density { .. }
             | Self::Noise { .. }
             | Self::LostFrames { .. } => Severity::Doubtful,

@@ -28,7 +28,7 @@ const MANY_SPEEDS: f64 = 0.25;
 const DISORDER: f64 = 0.35;
 const FEWEST_IN_DISORDER: usize = 12;
 /// Turned by more, no effect of the library can hold it (a bias of the arm, up to 0.3 rad, with an offset of the tip) …
-const TURNED: f64 = 0.21;
+pub const TURNED: f64 = 0.21;
 /// … and by more than this it is told.
 const PERHAPS_TURNED: f64 = 0.1;
 /// Gains of an object's heading over the commanded angle.

@@ -107,6 +107,8 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     if !findings.iter().any(is_wrong) {
         findings.extend(sessions(logs, &paired, &findings));
         findings.extend(session_speeds(logs, &paired));
+        let each = logs.iter().zip(&paired);
+        findings.extend(each.filter_map(|(log, of)| turned_within(log.name, &of.pairs)));
     }
     let (seen, lost) = logs.iter().fold((0, 0), |(seen, lost), log| {
         (seen + log.seen.frames, lost + log.seen.lost)
@@ -472,6 +474,49 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
         })
     })
     .collect()
+}
+
+/// From which strike of a log on objects leave turned against those before, by more than an arm differs by from day to day.
+fn turned_within(log: &str, pairs: &[Pair]) -> Option<Finding> {
+    /// Strikes on each side, and places that are tried; in rad, and in standard errors.
+    const SIDE: usize = 6;
+    const PLACES: usize = 60;
+    const TURNED: f64 = 0.1;
+    const ERRORS: f64 = 6.0;
+    let turn = |pair: &Pair| statistics::wrapped(pair.heading() - pair.command.angle);
+    let turns: Vec<f64> = pairs.iter().map(turn).collect();
+    let (usual, _) = statistics::middle(&turns)?;
+    // An arm may err by the angle, and angles may come in order.
+    let points = pairs.iter().zip(&turns);
+    let points = points.map(|(pair, turn)| (pair.command.angle, statistics::wrapped(turn - usual)));
+    let points: Vec<(f64, f64)> = points.collect();
+    let by_angle = statistics::line(&points).map_or(0.0, |line| line.slope);
+    let left: Vec<f64> = points.iter().map(|p| p.1 - by_angle * p.0).collect();
+    // Each side's median, and how far its strikes lie from it.
+    let side = |side: &[f64]| {
+        let middle = median(side.iter().copied())?;
+        Some((middle, side.iter().map(|v| (v - middle).abs()).sum::<f64>()))
+    };
+    let places = SIDE..(left.len() + 1).saturating_sub(SIDE);
+    let every = places.len().div_ceil(PLACES).max(1);
+    let split = |at: usize| {
+        let (before, after) = left.split_at(at);
+        let ((one, near), (other, also)) = (side(before)?, side(after)?);
+        Some((at, other - one, near + also))
+    };
+    let (at, by, apart) = places
+        .step_by(every)
+        .filter_map(split)
+        .min_by(|a, b| a.2.total_cmp(&b.2))?;
+    let (one, other) = (at as f64, (left.len() - at) as f64);
+    let spread = 1.2533 * apart / left.len() as f64;
+    let error = 1.2533 * spread * (one.recip() + other.recip()).sqrt();
+    (by.abs() > TURNED.max(ERRORS * error) && by.abs() > spread).then(|| Finding::TurnedWithin {
+        log: log.into(),
+        strike: at + 1,
+        by,
+        error,
+    })
 }
 
 /// Logs whose objects leave at another part of the commanded speed than those of the others, by more than any arm, tip or contact changes from

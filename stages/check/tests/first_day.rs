@@ -149,6 +149,12 @@ fn what_a_model_may_live_with_is_told() {
         &told("the camera was turned between sessions"),
         |f| matches!(f, Finding::SessionTurned { by, .. } if (by - 0.2).abs() < 0.03),
     );
+    let turned = told("the camera was turned while a log ran");
+    assert!(turned.is_meaningless(), "{:?}", turned.findings);
+    has(
+        &turned,
+        |f| matches!(f, Finding::TurnedWithin { by, .. } if (by - 0.3).abs() < 0.05),
+    );
     has(&told("the mass is in grams over ten"), |f| {
         matches!(f, Finding::Density { .. })
     });

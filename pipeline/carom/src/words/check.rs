@@ -552,6 +552,21 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "the camera, or the arm's base, was moved between the sessions",
             "calibrate the camera's pose anew, and give this log a rig file and a run of its own".into(),
         ),
+        Finding::TurnedWithin {
+            log,
+            strike,
+            by,
+            error,
+        } => said(
+            format!(
+                "{log}: from its strike {strike} on objects leave {:.1}° (± {:.1}) to the {} of those before, for the same commands",
+                by.abs().to_degrees(),
+                2.0 * error.to_degrees(),
+                if *by < 0.0 { "right" } else { "left" }
+            ),
+            "the camera, or the arm's base, was moved while the log ran",
+            "calibrate the camera's pose anew, and log again: strikes before and after are of two set-ups".into(),
+        ),
         Finding::SessionSpeed {
             log,
             times,

@@ -147,6 +147,14 @@ impl Lab {
                     (centroid.x, centroid.y) = (turned.x, turned.y);
                 }
             }
+            "the camera was turned while a log ran" => {
+                let centroids = &mut self.sessions[0].centroids;
+                let half = centroids.len() / 2;
+                for centroid in &mut centroids[half..] {
+                    let turned = Point::new(centroid.x, centroid.y).rotated(0.3);
+                    (centroid.x, centroid.y) = (turned.x, turned.y);
+                }
+            }
             "the mass is in grams over ten" => self.rig.object.mass *= 100.0,
             "a log was played back and recorded again" => {
                 let mut again = self.sessions[0].clone();
