@@ -260,22 +260,22 @@ def many():
     read, gather = [], []
     for count in [len(logs) // 5, len(logs)]:
         out = fresh("many")
-        costs = []
+        ended = []
         for command in ["work", "work", "run"]:
             process = Process(line(command, out, "--threads", 1, rig="many_rig", logs=logs[:count]), FOLDER / f"logs/many_{command}.json")
             process.ended()
             check(process.code == 0, f"{count} logs: `carom {command}` ends with {process.code}")
-            costs.append(process)
-            if len(costs) == 1:
+            ended.append(process)
+            if len(ended) == 1:
                 phases = scaling.phases(out)
-        read.append(costs[1].seconds)
-        gather.append(costs[2])
+        read.append(ended[1].seconds)
+        gather.append(ended[2])
     strikes = MANY // 5, MANY
     check(gather[1].memory < 2000, f"{MANY} strikes: the gathering run holds {gather[1].memory:.0f} MB")
 
-    def at(few, all, count):
+    def at(few, many, count):
         """On the line through both."""
-        return all + (all - few) * (count - strikes[1]) / (strikes[1] - strikes[0])
+        return many + (many - few) * (count - strikes[1]) / (strikes[1] - strikes[0])
 
     operations = scaling.file_system(FOLDER / "operations")
     slower = {name: 10 * seconds for name, seconds in operations.items()}

@@ -434,23 +434,6 @@ mod tests {
     }
 
     #[test]
-    fn chance_makes_rigs_of_one_table_differ_no_more_often_than_it_is_allowed() {
-        // Rows of normal deviates by their quantiles, shuffled by a step that is prime to their number.
-        let normal = statrs::distribution::Normal::new(0.0, 1.0).expect("plain");
-        let count = 4000;
-        let deviate = |i: usize| {
-            normal.inverse_cdf(((i * 1237) % count) as f64 / count as f64 + 0.5 / count as f64)
-        };
-        let differs = (0..count / 4).filter(|row| {
-            let value = |k: usize| (0.2 + 0.01 * deviate(4 * row + k), HALF * 0.01);
-            let rigs: Vec<(f64, f64)> = (0..4).map(value).collect();
-            quantity(Part::Table, 4, &rigs).shared == Shared::Differs
-        });
-        let share = differs.count() as f64 / (count / 4) as f64;
-        assert!(share < 0.08, "{share}");
-    }
-
-    #[test]
     fn a_file_that_is_no_fleet_s_is_refused_with_what_is_wrong() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("fleet.toml");
