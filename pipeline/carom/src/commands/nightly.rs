@@ -232,7 +232,7 @@ fn work(
     log: &Log<'_>,
 ) -> Result<Night, Error> {
     let dir = run.dir();
-    let logs = reading::open(&inputs.logs);
+    let logs = reading::open(run, &inputs.logs);
     let before = in_use(store)?;
     let last = kept(dir)?;
     let in_use_now = before.as_ref().map(|before| before.version.as_str());
