@@ -25,6 +25,9 @@ const FIRST_BATCH: usize = 64;
 /// How long a batch should take: what a kill loses, against what a sync costs.
 const BATCH_TIME: Duration = Duration::from_secs(2);
 
+/// The answers to items, block by block.
+type Blocks = Vec<Vec<CachedAnswer>>;
+
 /// How to run.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
@@ -266,7 +269,7 @@ impl Run {
         answer: impl Fn(&[(usize, Key)], &Progress) -> Result<Vec<CachedAnswer>, RunError<S::Error>>
         + Sync,
         past: &mut Vec<PathBuf>,
-    ) -> Result<(Vec<Vec<CachedAnswer>>, usize), RunError<S::Error>> {
+    ) -> Result<(Blocks, usize), RunError<S::Error>> {
         let (group, folder) = (pack.group(), pack.parts());
         durable::create_dir(&folder)?;
         let blocks: Vec<&[(usize, Key)]> = missing.chunks(S::BLOCK).collect();
