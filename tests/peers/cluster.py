@@ -1,8 +1,8 @@
-"""Work on many processes, killed at random, under a real Slurm; the page that is committed.
+"""Work on many processes, stopped, killed at random, under a real Slurm, and on very many strikes; the page that is committed.
 
     cluster.py CAROM FOLDER PAGE [--small] [--strikes N] [PART …]
 
-Parts: shards, kills, slurm. Exits with 1 and says what does not hold.
+Parts: shards, stopped, kills, slurm, many. Exits with 1 and says what does not hold.
 """
 
 import argparse
@@ -18,11 +18,12 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import scaling
 from checking import check, wrong
 from slurm import Slurm
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-PARTS = ["shards", "kills", "slurm"]
+PARTS = ["shards", "stopped", "kills", "slurm", "many"]
 words = argparse.ArgumentParser()
 words.add_argument("carom", type=Path)
 words.add_argument("folder", type=Path)
@@ -33,6 +34,7 @@ words.add_argument("parts", nargs="*", default=PARTS)
 words = words.parse_intermixed_args()
 CAROM, FOLDER = words.carom.resolve(), words.folder.resolve()
 STRIKES = 200 if words.small else words.strikes
+MANY = 2000 if words.small else 50_000
 KILLS = 30 if words.small else 200
 # No stage takes more than this share of the kills, so that each has its own.
 MOST = KILLS // 4
@@ -41,8 +43,12 @@ rows = {}
 signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
 
 
-def line(command, out, *more):
-    return [CAROM, command, FOLDER / "rig/logs", "--rig", FOLDER / "rig/rig.toml", "--out", out, "--quiet", "--json", *map(str, more)]
+def line(command, out, *more, rig="rig", logs=None):
+    return [CAROM, command, *(logs or [FOLDER / rig / "logs"]), "--rig", FOLDER / rig / "rig.toml", "--out", out, "--quiet", "--json", *map(str, more)]
+
+
+def demo(rig, strikes):
+    subprocess.run([CAROM, "demo", "--strikes", str(strikes), "--seed", "1", "--out", fresh(rig), "--quiet"], check=True, capture_output=True)
 
 
 class Process:
@@ -100,8 +106,7 @@ def gathered(out, name):
 
 def one():
     """One process alone: what all others are compared with."""
-    shutil.rmtree(FOLDER / "rig", ignore_errors=True)
-    subprocess.run([CAROM, "demo", "--strikes", str(STRIKES), "--seed", "1", "--out", FOLDER / "rig", "--quiet"], check=True, capture_output=True)
+    demo("rig", STRIKES)
     run = Process(line("run", fresh("one"), "--threads", 1), FOLDER / "logs/one.json")
     began = time.monotonic()
     run.ended()
@@ -136,6 +141,30 @@ def last_stage(out, process):
         if took and took[-1]["event"] == "took":
             return took[-1]["stage"]
     return None
+
+
+def stopped():
+    """Three workers; one that is at a block is stopped, and its machine does not know: the others take its block again. It wakes up when they are gone."""
+    out, began = fresh("stopped"), time.monotonic()
+    workers = [Process(line("work", out, "--threads", 1, "--shard", f"{n}/3"), FOLDER / f"logs/stopped_{n}.json") for n in range(1, 4)]
+    victim = None
+    while victim is None:
+        time.sleep(0.01)
+        victim = next((worker for worker in workers if last_stage(out, worker.run.pid) == "solve"), None)
+    os.kill(victim.run.pid, signal.SIGSTOP)
+    is_held = last_stage(out, victim.run.pid) == "solve"
+    others = [worker for worker in workers if worker is not victim]
+    for worker in others:
+        worker.ended()
+    took = time.monotonic() - began
+    said = subprocess.run([CAROM, "status", out], check=True, capture_output=True, text=True).stdout
+    check("alive" in said and "computes solve" in said, "stopped: `carom status` says who is at which stage, and lives")
+    os.kill(victim.run.pid, signal.SIGCONT)
+    victim.ended()
+    check([worker.code for worker in workers] == [0, 0, 0], "stopped: every worker ends with 0")
+    gathered(out, "stopped")
+    if is_held:
+        rows["stopped"] = f"the two others ended after {took:.0f} s with every answer"
 
 
 def kills():
@@ -224,15 +253,60 @@ def slurm():
         rows["slurm_lost"] = f"array of {array}, {lost} nodes lost with {tasks} workers at work: {time.monotonic() - began:.0f} s, equal bytes"
 
 
+def many():
+    """A run of very many strikes, for real; and on what it cost, with any number of workers, a simulation of it and of one twenty times as long."""
+    demo("many_rig", MANY)
+    logs = sorted((FOLDER / "many_rig/logs").iterdir())
+    read, gather = [], []
+    for count in [len(logs) // 5, len(logs)]:
+        out = fresh("many")
+        ended = []
+        for command in ["work", "work", "run"]:
+            process = Process(line(command, out, "--threads", 1, rig="many_rig", logs=logs[:count]), FOLDER / f"logs/many_{command}.json")
+            process.ended()
+            check(process.code == 0, f"{count} logs: `carom {command}` ends with {process.code}")
+            ended.append(process)
+            if len(ended) == 1:
+                phases = scaling.phases(out)
+        read.append(ended[1].seconds)
+        gather.append(ended[2])
+    strikes = MANY // 5, MANY
+    check(gather[1].memory < 2000, f"{MANY} strikes: the gathering run holds {gather[1].memory:.0f} MB")
+
+    def at(few, many, count):
+        """On the line through both."""
+        return many + (many - few) * (count - strikes[1]) / (strikes[1] - strikes[0])
+
+    operations = scaling.file_system(FOLDER / "operations")
+    slower = {name: 10 * seconds for name, seconds in operations.items()}
+    table, alone = [], {}
+    for workers in [1, 10, 100, 1000]:
+        row, last = f"| {workers:,} |", None
+        for times, costs in [(1, operations), (20, operations), (20, slower)]:
+            reading, run = at(*read, times * MANY), at(*[one.seconds for one in gather], times * MANY)
+            seconds, last = scaling.simulate(scaling.grown(phases, times), workers, reading, costs)
+            first = alone.setdefault((times, costs["look"]), seconds + run)
+            row += f" {seconds + run:,.0f} s | {first / (seconds + run):.1f} |"
+            if times == 20 and costs is operations:
+                where = f"reading every log {reading:.0f} s, " + ", ".join(f"`{stage}` {span:.0f} s" for stage, span in last.items()) + f", the run behind them {run:.0f} s"
+        table.append(row)
+        rows[f"where_{workers}"] = where
+    rows["many"] = "\n".join(table)
+    whole = sum(sum(seconds) for _, seconds in phases)
+    rows["many_costs"] = f"{whole:.0f} s of jobs; a worker that finds every answer takes {read[1]:.1f} s, and the run that gathers them {gather[1].seconds:.1f} s and {gather[1].memory:.0f} MB ({read[0]:.1f} s, {gather[0].seconds:.1f} s and {gather[0].memory:.0f} MB with {strikes[0]:,} of the strikes)"
+    rows["many_memory"] = f"{at(gather[0].memory, gather[1].memory, 20 * MANY) / 1000:.1f} GB"
+    rows["operations"] = ", ".join(f"to {name} {1e6 * seconds:.0f} µs" for name, seconds in operations.items())
+
+
 for file in ["work.yaml", "run.yaml"]:
     validated = subprocess.run([Path(sys.executable).parent / "kubernetes-validate", "--strict", ROOT / "pipeline/carom/cluster" / file], capture_output=True, text=True)
     check(validated.returncode == 0, f"{file}: {(validated.stdout + validated.stderr).strip()}")
 alone = one()
 for part in words.parts:
-    {"shards": lambda: shards(alone), "kills": kills, "slurm": slurm}[part]()
+    {"shards": lambda: shards(alone), "stopped": stopped, "kills": kills, "slurm": slurm, "many": many}[part]()
 print(json.dumps(rows, indent=1))
 if wrong:
     sys.exit(f"{len(wrong)} of what was checked do not hold")
 if words.parts == PARTS and not words.small:
     commit = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=9", "--exclude=*"], cwd=ROOT, capture_output=True, text=True).stdout.strip()
-    words.page.write_text((ROOT / "tests/peers/cluster.md").read_text().format(**rows, strikes=STRIKES, commit=commit, cores=os.cpu_count()))
+    words.page.write_text((ROOT / "tests/peers/cluster.md").read_text().format(**rows, strikes=STRIKES, many_strikes=MANY, commit=commit, cores=os.cpu_count()))

@@ -2,8 +2,9 @@
 
 /// The middle value by order, the upper of two middle ones; none of no values.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    let middle = values.len() / 2;
+    let is_any = !values.is_empty();
+    is_any.then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 #[cfg(test)]

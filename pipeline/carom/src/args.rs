@@ -45,7 +45,7 @@ pub struct LogsArgs {
 }
 
 /// Who signs what is put to use.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct SignArgs {
     /// Secret key that signs the version, in minisign's format; `carom key new` writes one [default: not signed].
     #[arg(long, value_name = "FILE")]

@@ -127,6 +127,7 @@ pub enum Command {
     #[command(after_help = examples(&[
         "carom nightly logs/ --rig rig.toml --out runs/a --key carom.key",
         "carom nightly --out runs/a --key carom.key --log-json",
+        "carom nightly --fleet fleet.toml --out runs --key carom.key",
     ]))]
     Nightly(nightly::NightlyArgs),
     /// Strike targets with each model and measure where the object stops.

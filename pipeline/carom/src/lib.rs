@@ -29,6 +29,7 @@ mod score;
 mod signing;
 mod steps;
 mod summary;
+mod told;
 mod tracking;
 mod trial;
 mod varying;

@@ -1,12 +1,10 @@
 //! Logs to strikes: the pipeline's first step, and what a score begins with.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use check::{Check, LogRead};
 use ingest::{Ingest, IngestError, LogFile, LogOutcome, Seen, StrikeSummary, Strikes};
-use rayon::iter::Either;
-use rayon::prelude::*;
 use stage::{Run, RunError};
 use store::InputFile;
 use values::{Reject, RejectReason, Rig, Strike};
@@ -14,7 +12,7 @@ use values::{Reject, RejectReason, Rig, Strike};
 use crate::left_out::LeftOut;
 use crate::naming::{name_logs, names};
 use crate::tracking::tracked;
-use crate::{Error, summary};
+use crate::{Error, summary, told};
 
 /// What the logs held.
 pub struct Read {
@@ -41,13 +39,25 @@ pub struct Read {
 
 /// Files that can be read, with their hashes, and those that cannot. Logs of one file name in several folders are named so
 /// that they can be distinguished: they are other sessions.
-pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
-    let (mut logs, unread): (Vec<LogFile>, Vec<(PathBuf, IngestError)>) = paths
-        .par_iter()
-        .partition_map(|path| match LogFile::open(path) {
-            Ok(log) => Either::Left(log),
-            Err(error) => Either::Right((path.clone(), error)),
-        });
+pub fn open(run: &Run, paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
+    let hash = |path: &Path| Some(LogFile::open(path).ok()?.sha256);
+    let hashes = told::of_each(run, "sha256", paths, hash);
+    let (mut logs, mut unread) = (Vec::new(), Vec::new());
+    for (path, hash) in paths.iter().zip(hashes) {
+        let opened = match hash {
+            None => LogFile::open(path),
+            // Named below.
+            Some(sha256) => Ok(LogFile {
+                name: String::new(),
+                sha256,
+                path: path.clone(),
+            }),
+        };
+        match opened {
+            Ok(log) => logs.push(log),
+            Err(error) => unread.push((path, error)),
+        }
+    }
     name_logs(&mut logs);
     // What cannot be read renames nothing that can.
     let known = logs
@@ -69,7 +79,7 @@ pub fn open(paths: &[PathBuf]) -> (Vec<LogFile>, Vec<LeftOut>) {
 /// Reads the logs; each is read once, until its content changes. One that cannot be is left out, if another can.
 pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, Error> {
     let tracked = tracked(run, run.dir(), rig, logs)?;
-    let (mut logs, mut left_out) = open(&tracked.logs);
+    let (mut logs, mut left_out) = open(run, &tracked.logs);
     left_out.extend(tracked.left_out);
     let mut ingest = |rig: &Rig, logs: &mut Vec<LogFile>| loop {
         match run.lists(&Ingest { seed }, rig, logs) {

@@ -15,6 +15,7 @@ use values::Rig;
 
 use crate::Error;
 use crate::left_out::LeftOut;
+use crate::told;
 
 /// Where a run keeps the logs with centroids that it made.
 const FOLDER: &str = "tracked";
@@ -47,13 +48,22 @@ struct Frames {
 /// Tracks what needs it, into the folder of a run: each log by one of those who work there.
 pub fn tracked(run: &Run, dir: &Path, rig: &Rig, logs: &[PathBuf]) -> Result<Tracked, Error> {
     let mut tracked = Tracked::default();
-    let needs = |log: &PathBuf| {
-        needs_tracking(rig, log).map(|sha256| ToTrack {
+    let Some(images) = &rig.topics.image else {
+        tracked.logs = logs.to_vec();
+        return Ok(tracked);
+    };
+    let topics = [&*images.name, &*rig.topics.centroid.name];
+    let needs = told::of_each(run, &format!("{topics:?}"), logs, |log| {
+        needs_tracking(topics, log)
+    });
+    let needs = needs.into_iter().map(|sha256| {
+        let sha256 = sha256.filter(|sha256| !sha256.is_empty())?;
+        Some(ToTrack {
             key: key(rig, &sha256),
             sha256,
         })
-    };
-    let needs: Vec<Option<ToTrack>> = logs.iter().map(needs).collect();
+    });
+    let needs: Vec<Option<ToTrack>> = needs.collect();
     let to_track = logs.iter().zip(&needs);
     let to_track: Vec<(&PathBuf, &ToTrack)> = to_track
         .filter_map(|(log, needs)| Some((log, needs.as_ref()?)))
@@ -111,13 +121,12 @@ struct ToTrack {
 /// A log with centroids and the outcome of its frames.
 type Made = (PathBuf, TrackOutcome);
 
-/// The hash of a log that has images and no centroids. What is wrong with a log is reported when it is ingested.
-fn needs_tracking(rig: &Rig, log: &Path) -> Option<String> {
-    let images = rig.topics.image.as_ref()?;
+/// The hash of a log that has images and no centroids; empty of one that is ingested as it is. What is wrong with a log is reported then.
+fn needs_tracking([images, centroids]: [&str; 2], log: &Path) -> Option<String> {
     let read: Result<RawSummary, TrackError> = read_raw(log, Limits::default(), &mut |_| Ok(()));
     let summary = read.ok()?;
-    let needs = summary.has(&images.name) && !summary.has(&rig.topics.centroid.name);
-    needs.then_some(summary.sha256)
+    let needs = summary.has(images) && !summary.has(centroids);
+    Some(if needs { summary.sha256 } else { String::new() })
 }
 
 /// What the centroids depend on.

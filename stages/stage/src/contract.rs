@@ -41,6 +41,11 @@ pub trait ItemStage: Serialize + Sync {
     /// Why it could not answer.
     type Error: std::error::Error + Send + Sync + 'static;
 
+    /// How much there is to do for an item, beside others: workers deal their shares by it. No answer depends on it.
+    fn cost(_item: &Self::Item) -> u64 {
+        1
+    }
+
     /// Computes the answers to these items, in their order. Only items without a kept answer are passed, a batch at a
     /// time; a batch's answers are kept before the next begins. `progress.inc` counts items; `progress.items` has no
     /// effect here, the runner has set it.

@@ -25,6 +25,9 @@ const FIRST_BATCH: usize = 64;
 /// How long a batch should take: what a kill loses, against what a sync costs.
 const BATCH_TIME: Duration = Duration::from_secs(2);
 
+/// The answers to items, block by block.
+type Blocks = Vec<Vec<CachedAnswer>>;
+
 /// How to run.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
@@ -227,7 +230,7 @@ impl Run {
         let mut computed = 0;
         if self.worker().is_some() {
             let past = blocks.entry(group).or_default();
-            let answered = self.in_blocks(S::NAME, S::BLOCK, &pack, &missing, answer, past)?;
+            let answered = self.in_blocks::<S>(items, &pack, &missing, answer, past)?;
             computed = answered.1;
             answered.0.into_iter().try_for_each(keep)?;
         } else if !missing.is_empty() {
@@ -258,29 +261,29 @@ impl Run {
 
     /// The answers to the missing items, block by block, each a file until a run takes it in; and how many items were computed here. The
     /// files are added to `past`.
-    fn in_blocks<E: std::error::Error + Send + Sync + 'static>(
+    fn in_blocks<S: ItemStage>(
         &self,
-        stage: &'static str,
-        size: usize,
+        items: &[S::Item],
         pack: &Pack,
         missing: &[(usize, Key)],
-        answer: impl Fn(&[(usize, Key)], &Progress) -> Result<Vec<CachedAnswer>, RunError<E>> + Sync,
+        answer: impl Fn(&[(usize, Key)], &Progress) -> Result<Vec<CachedAnswer>, RunError<S::Error>>
+        + Sync,
         past: &mut Vec<PathBuf>,
-    ) -> Result<(Vec<Vec<CachedAnswer>>, usize), RunError<E>> {
+    ) -> Result<(Blocks, usize), RunError<S::Error>> {
         let (group, folder) = (pack.group(), pack.parts());
         durable::create_dir(&folder)?;
-        let blocks: Vec<&[(usize, Key)]> = missing.chunks(size).collect();
+        let blocks: Vec<&[(usize, Key)]> = missing.chunks(S::BLOCK).collect();
         let named = |block: &&[(usize, Key)]| {
             let keys: Vec<&[u8]> = block.iter().map(|(_, key)| &key.0[..]).collect();
             Job {
                 key: Key::of_bytes(&[&[&group.0[..]], &keys[..]].concat()).to_string(),
-                cost: block.len() as u64,
+                cost: block.iter().map(|(place, _)| S::cost(&items[*place])).sum(),
                 items: block.len(),
             }
         };
         let jobs: Vec<Job> = blocks.iter().map(named).collect();
         let path = |block: usize| folder.join(format!("{}.part", jobs[block].key));
-        let load = |block: usize| -> Result<_, RunError<E>> {
+        let load = |block: usize| -> Result<_, RunError<S::Error>> {
             let mut held = HashMap::new();
             Pack::open(path(block), group, |key, bytes| {
                 held.insert(key, bytes.to_vec());
@@ -296,7 +299,7 @@ impl Run {
             here.fetch_add(answers.len(), Ordering::Relaxed);
             Ok(answers)
         };
-        let work = self.work(stage, group.to_string(), &jobs, &folder);
+        let work = self.work(S::NAME, group.to_string(), &jobs, &folder);
         let (answers, _) = divide(self.worker(), &work, load, compute)?;
         past.extend((0..jobs.len()).map(path));
         Ok((answers, here.into_inner()))

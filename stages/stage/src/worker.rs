@@ -18,9 +18,11 @@ use rayon::prelude::*;
 use crate::work_log::{Event, FOLDER, LOGS, Line};
 use crate::{Progress, StageError};
 
-/// How long a worker waits for a job that another one computes before one of those who wait computes it as well: longer than stages
-/// that answer as a whole take.
+/// How long a worker waits for a job that another one computes before one of those who wait computes it as well, where it computed none of
+/// the kind itself: longer than stages that answer as a whole take.
 pub const PATIENCE: Duration = Duration::from_secs(1200);
+/// Where it did, it waits so many times what the job costs at the slowest pace that it saw, and this part of its patience at the least.
+const SLOWER: f64 = 20.0;
 /// How often a worker that waits looks again: at first, and at the most.
 const PAUSES: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(500)];
 
@@ -31,7 +33,7 @@ pub struct Share {
     pub index: usize,
     /// Of how many.
     pub count: usize,
-    /// How long to wait for a worker that neither answers nor ends.
+    /// How long to wait for a worker that neither answers nor ends, where nothing says how long its job takes.
     pub patience: Duration,
 }
 
@@ -126,16 +128,17 @@ impl Worker {
         }
     }
 
-    /// The missing jobs in the order that this worker takes them: its own share, the largest first; then the others', last first. Jobs are
-    /// dealt by falling cost, to and fro, so that the shares weigh the same.
+    /// The missing jobs in the order that this worker takes them: its own share, the largest first; then the others', the largest first, too,
+    /// and of those that cost the same the last. Jobs are dealt by falling cost, to and fro, so that the shares weigh the same.
     fn order(&self, jobs: &[Job], missing: &[usize]) -> Vec<usize> {
         let Share { index, count, .. } = self.share;
         let mut order = missing.to_vec();
         order.sort_by_key(|place| Reverse(jobs[*place].cost));
         let is_own = |rank: usize| [index, 2 * count - 1 - index].contains(&(rank % (2 * count)));
         let ranked = order.into_iter().enumerate();
-        let (mut own, others): (Vec<_>, Vec<_>) = ranked.partition(|(rank, _)| is_own(*rank));
-        own.extend(others.into_iter().rev());
+        let (mut own, mut others): (Vec<_>, Vec<_>) = ranked.partition(|(rank, _)| is_own(*rank));
+        others.sort_by_key(|(rank, place)| Reverse((jobs[*place].cost, *rank)));
+        own.extend(others);
         own.into_iter().map(|(_, place)| place).collect()
     }
 }
@@ -161,10 +164,16 @@ pub(crate) fn divide<T: Send, E: From<StageError> + Send>(
     }
     let slots: Vec<Mutex<Option<T>>> = kept.into_iter().map(Mutex::new).collect();
     let computed = AtomicUsize::new(0);
+    // The slowest so far, in s for what costs 1.
+    let pace = Mutex::new(0.0_f64);
     if !missing.is_empty() {
         let progress = work.progress(&missing);
         let answer = |place: usize| -> Result<(), E> {
+            let began = Instant::now();
             let answer = compute(place, &progress)?;
+            let seconds = began.elapsed().as_secs_f64() / work.jobs[place].cost.max(1) as f64;
+            let mut pace = pace.lock().unwrap_or_else(PoisonError::into_inner);
+            *pace = pace.max(seconds);
             *slot(&slots, place) = Some(answer);
             computed.fetch_add(1, Ordering::Relaxed);
             Ok(())
@@ -186,7 +195,9 @@ pub(crate) fn divide<T: Send, E: From<StageError> + Send>(
                 work.each(&order, |place| attempt(place, 0).map(drop))?;
                 // What is left others compute.
                 for place in order {
-                    worker.wait(work, |round| attempt(place, round))?;
+                    let pace = *pace.lock().unwrap_or_else(PoisonError::into_inner);
+                    let usual = pace * work.jobs[place].cost.max(1) as f64;
+                    worker.wait(work, usual, |round| attempt(place, round))?;
                 }
             }
         }
@@ -262,10 +273,20 @@ impl Worker {
         Ok(true)
     }
 
-    /// Tries until it is answered.
-    fn wait<E>(&self, work: &Work<'_>, attempt: impl Fn(u128) -> Result<bool, E>) -> Result<(), E> {
+    /// Tries until it is answered. `usual` is what it usually takes, in s; 0 where that is not known.
+    fn wait<E>(
+        &self,
+        work: &Work<'_>,
+        usual: f64,
+        attempt: impl Fn(u128) -> Result<bool, E>,
+    ) -> Result<(), E> {
         let (began, mut pause) = (Instant::now(), PAUSES[0]);
-        let patience = self.share.patience.as_millis().max(1);
+        let unknown = self.share.patience.as_secs_f64();
+        let patience = match usual > 0.0 {
+            true => (SLOWER * usual).max(unknown / SLOWER),
+            false => unknown,
+        };
+        let patience = Duration::from_secs_f64(patience).as_millis().max(1);
         while !attempt(began.elapsed().as_millis() / patience)? {
             if pause == PAUSES[0] {
                 self.tell(Event::Waits {
@@ -319,5 +340,33 @@ mod tests {
         assert_eq!(dealt, missing);
         let [least, most] = [weights.iter().min(), weights.iter().max()].map(|w| *w.expect("five"));
         assert!(most - least <= 89, "{weights:?}");
+    }
+
+    #[test]
+    fn a_job_is_waited_for_by_what_it_usually_takes_where_that_is_known() {
+        let dir = tempfile::tempdir().expect("folder");
+        let share = Share {
+            index: 0,
+            count: 1,
+            patience: Duration::from_secs(2),
+        };
+        let worker = Worker::begin(dir.path(), share).expect("begins");
+        let work = Work {
+            stage: "test",
+            group: String::new(),
+            jobs: &[],
+            is_side_by_side: false,
+            folder: dir.path(),
+            is_quiet: true,
+        };
+        let waited = |usual: f64| {
+            let began = Instant::now();
+            let is_over = |round| Ok::<bool, StageError>(round > 0);
+            worker.wait(&work, usual, is_over).expect("waits");
+            began.elapsed().as_secs_f64()
+        };
+        // A twentieth of the patience at the least, all of it where nothing is known.
+        assert!((0.1..1.9).contains(&waited(1e-4)));
+        assert!(waited(0.0) >= 2.0);
     }
 }

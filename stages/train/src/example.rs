@@ -36,18 +36,19 @@ pub fn examples<'a>(
         .iter()
         .map(|row| (row.strike_id.as_str(), row))
         .collect();
-    let example = |(strike, launch): (&Strike, Option<LaunchResidual>)| Example {
-        strike_id: strike.id.clone(),
-        command: strike.command,
-        session: strike.conditions.session.clone(),
-        distance: strike.path().norm(),
-        split: strike.split,
-        is_free: !strike.is_pushed_again(),
-        launch,
-        residual: by_strike
-            .get(strike.id.as_str())
-            .filter(|_| !strike.is_pushed_again())
-            .map(|row| (*row).clone()),
+    let example = |(strike, launch): (&Strike, Option<LaunchResidual>)| {
+        let is_free = !strike.is_pushed_again();
+        let residual = by_strike.get(strike.id.as_str()).filter(|_| is_free);
+        Example {
+            strike_id: strike.id.clone(),
+            command: strike.command,
+            session: strike.conditions.session.clone(),
+            distance: strike.path().norm(),
+            split: strike.split,
+            is_free,
+            launch,
+            residual: residual.map(|row| (*row).clone()),
+        }
     };
     strikes.map(example).collect()
 }

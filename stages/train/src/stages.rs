@@ -23,6 +23,10 @@ impl ItemStage for Train {
     type Output = Learned;
     type Error = TrainError;
 
+    fn cost(examples: &Vec<Example>) -> u64 {
+        examples.len() as u64
+    }
+
     fn run_items(
         &self,
         _shared: &str,

@@ -3,14 +3,15 @@
 //! Nobody watches. Until the very end the version in use stays in use, whatever stops the program; a candidate that fails a gate
 //! is published nowhere. `nightly.json` and the report say what was decided and why.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use check::Severity;
 use clap::Args;
 use ingest::LogFile;
-use serde_json::json;
+use serde_json::{Value, json};
 use stage::Run;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use store::{Artifact, ArtifactError, Contents, Store};
@@ -22,8 +23,8 @@ use crate::first_version::FirstVersion;
 use crate::inputs::Inputs;
 use crate::left_out::LeftOut;
 use crate::nightly::{
-    Change, ExecutorGate, HeldOutGate, Log, Night, Server, Since, Status, changed,
-    compare_held_out, keep, kept, new_strikes, plan_paths, promised, unseen,
+    Change, ExecutorGate, FleetNight, HeldOutGate, Log, Night, RigNight, Server, Since, Status,
+    changed, compare_held_out, keep, kept, new_strikes, plan_paths, promised, recipes, unseen,
 };
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::store_error;
@@ -46,7 +47,7 @@ const ALONE: usize = 60;
 const WAITING: &str = "candidate";
 
 /// `carom nightly`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct NightlyArgs {
     /// MCAP files, or folders that are searched for them with all below [default: those that the run was begun with].
     #[arg(value_name = "LOGS", requires = "rig")]
@@ -54,7 +55,11 @@ pub struct NightlyArgs {
     /// The rig file.
     #[arg(long, value_name = "FILE", requires = "logs")]
     pub rig: Option<PathBuf>,
-    /// Folder of the run.
+    /// Several rigs in place of one: a TOML file with a table for each, `[NAME]`, that holds `logs = [...]`, `rig = "rig.toml"` and, if
+    /// wanted, `seed`. Each has its run in DIR/NAME and is decided on by itself; DIR/fleet.json and fleet.html are about all.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["logs", "rig"])]
+    pub fleet: Option<PathBuf>,
+    /// Folder of the run, or of the fleet's runs.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Seed of the split into training and held-out strikes, and of training; goes with LOGS.
@@ -78,14 +83,71 @@ pub struct NightlyArgs {
     pub sign: SignArgs,
 }
 
-/// The night's work in one folder.
+/// The night's work in one folder, or in each of a fleet's.
 pub fn run(args: &NightlyArgs, global: Global) -> Result<Output, Error> {
-    let dir = &args.out;
-    let log = Log::new(args.log_json);
     let global = Global {
         quiet: global.quiet || args.log_json,
         ..global
     };
+    if let Some(file) = &args.fleet {
+        return fleet(file, args, global);
+    }
+    let (night, tracked) = one(args, None, global)?;
+    let mut output = Output {
+        outcome: night.outcome(),
+        json: to_json(&night)?,
+        text: night.text(),
+    };
+    if let Some((said, line)) = tracked {
+        output.json["mlflow"] = said;
+        output.text += &format!("mlflow     {line}\n");
+    }
+    Ok(output)
+}
+
+/// One rig's night after the other's, each whatever became of those before, and what they have in common.
+fn fleet(file: &Path, args: &NightlyArgs, global: Global) -> Result<Output, Error> {
+    let mut rigs = Vec::new();
+    let mut in_use_by = BTreeMap::new();
+    durable::create_dir(&args.out)?;
+    for (name, recipe) in recipes(file)? {
+        let dir = args.out.join(&name);
+        let worked = recipe.named(&[]).and_then(|logs| {
+            let args = NightlyArgs {
+                logs,
+                rig: Some(recipe.rig_file()),
+                fleet: None,
+                out: dir.clone(),
+                seed: recipe.seed,
+                ..args.clone()
+            };
+            // A defect that one rig's strikes bring to light is no other's.
+            let one = AssertUnwindSafe(|| one(&args, Some(&name), global));
+            let one = catch_unwind(one).unwrap_or_else(|_| Err(Error::failed("go on: a defect")));
+            one.map(|(night, tracked)| (night, tracked.map(|(_, line)| line)))
+        });
+        rigs.push(RigNight::of(&name, worked));
+        if let Ok(Some(artifact)) = in_use(&Store::open(&dir)) {
+            in_use_by.insert(name, artifact);
+        }
+    }
+    let night = FleetNight::of(rigs, &in_use_by);
+    outputs::write_json(&args.out.join("fleet.json"), &night)?;
+    report::write_fleet(&args.out, &night)?;
+    Ok(Output {
+        outcome: night.outcome(),
+        json: to_json(&night)?,
+        text: night.text(),
+    })
+}
+
+/// A night, and what an MLflow server said of it, where one was to be told.
+type Told = (Night, Option<(Value, String)>);
+
+/// The night's work in one folder, of that rig where it is one of a fleet.
+fn one(args: &NightlyArgs, rig: Option<&str>, global: Global) -> Result<Told, Error> {
+    let dir = &args.out;
+    let log = Log::new(args.log_json, rig);
     let worked = begin(args, global, &log).and_then(|(run, store, inputs)| {
         let night = work(&run, &store, &inputs, args, &log);
         if let Err(error) = &night
@@ -107,15 +169,9 @@ pub fn run(args: &NightlyArgs, global: Global) -> Result<Output, Error> {
                 "end",
                 &json!({ "status": night.status, "latest": night.latest }),
             );
-            let mut output = Output {
-                outcome: night.outcome(),
-                json: to_json(&night)?,
-                text: night.text(),
-            };
-            if let Some(server) = &args.mlflow {
-                track(server, dir, &night, &log, &mut output);
-            }
-            Ok(output)
+            let server = args.mlflow.as_ref();
+            let tracked = server.and_then(|server| track(server, dir, &night, &log));
+            Ok((night, tracked))
         }
         Err(error) => {
             let outcome = error.outcome() as u8;
@@ -130,9 +186,9 @@ pub fn run(args: &NightlyArgs, global: Global) -> Result<Output, Error> {
 }
 
 /// Tells a server of the night, unless there was nothing to decide; where that fails it is said, and the night stands.
-fn track(server: &Server, dir: &Path, night: &Night, log: &Log, output: &mut Output) {
+fn track(server: &Server, dir: &Path, night: &Night, log: &Log<'_>) -> Option<(Value, String)> {
     if night.status == Status::NothingNew {
-        return;
+        return None;
     }
     let (level, said, line) = match server.track(dir, night) {
         Ok(tracked) => {
@@ -145,12 +201,11 @@ fn track(server: &Server, dir: &Path, night: &Night, log: &Log, output: &mut Out
         }
     };
     log.line(level, "mlflow", &said);
-    output.json["mlflow"] = said;
-    output.text += &format!("mlflow     {line}\n");
+    Some((said, line))
 }
 
 /// The run, locked; its store; and the logs as they are tonight.
-fn begin(args: &NightlyArgs, global: Global, log: &Log) -> Result<(Run, Store, Inputs), Error> {
+fn begin(args: &NightlyArgs, global: Global, log: &Log<'_>) -> Result<(Run, Store, Inputs), Error> {
     let dir = &args.out;
     let inputs = match &args.rig {
         Some(rig) => Inputs::of(&args.logs, rig, args.seed, args.without_effects)?,
@@ -174,10 +229,10 @@ fn work(
     store: &Store,
     inputs: &Inputs,
     args: &NightlyArgs,
-    log: &Log,
+    log: &Log<'_>,
 ) -> Result<Night, Error> {
     let dir = run.dir();
-    let logs = reading::open(&inputs.logs);
+    let logs = reading::open(run, &inputs.logs);
     let before = in_use(store)?;
     let last = kept(dir)?;
     let in_use_now = before.as_ref().map(|before| before.version.as_str());

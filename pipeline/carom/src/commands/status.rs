@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 use diagnose::Diagnose;
@@ -69,6 +70,8 @@ struct WorkerStatus {
     state: &'static str,
     /// What it does, or did last.
     doing: String,
+    /// Since when, in s before now by the clocks of both machines; none where it has ended.
+    doing_for: Option<f64>,
     jobs: usize,
     seconds: f64,
 }
@@ -225,12 +228,14 @@ impl Status {
                 shard: [index, count],
                 state,
                 doing,
+                doing_for,
                 jobs,
                 seconds,
             } = worker;
+            let since = doing_for.map_or(String::new(), |since| format!(" for {since:.0} s"));
             let _ = writeln!(
                 text,
-                "{state:<10} {name} ({index}/{count}): {doing}; {jobs} answered in {seconds:.1} s"
+                "{state:<10} {name} ({index}/{count}): {doing}{since}; {jobs} answered in {seconds:.1} s"
             );
         }
         let run = match (self.is_run_at_work, self.workers.is_empty()) {
@@ -253,6 +258,7 @@ impl WorkerStatus {
             shard: [1, 1],
             state: if worker.is_alive { "alive" } else { "killed" },
             doing: "reads the logs".into(),
+            doing_for: None,
             jobs: 0,
             seconds: 0.0,
         };
@@ -280,6 +286,11 @@ impl WorkerStatus {
                 Event::Found { .. } => {}
             }
         }
+        let last = worker.lines.last().filter(|_| worker.is_alive);
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).ok();
+        status.doing_for = last
+            .zip(now)
+            .map(|(line, now)| (now.as_secs_f64() - line.at).max(0.0));
         status
     }
 }

@@ -72,18 +72,32 @@ impl Recipe {
                 error.to_string().trim_end()
             ))
         })?;
-        Ok(Self {
-            folder: path.parent().map(Path::to_path_buf).unwrap_or_default(),
-            ..recipe
-        })
+        Ok(recipe.within(path.parent().unwrap_or(Path::new(""))))
+    }
+
+    /// A recipe that is read from a file in this folder.
+    pub fn within(self, folder: &Path) -> Self {
+        Self {
+            folder: folder.into(),
+            ..self
+        }
     }
 
     pub fn rig(&self) -> Result<Rig, Error> {
-        load_rig(&self.folder.join(&self.rig))
+        load_rig(&self.rig_file())
+    }
+
+    pub fn rig_file(&self) -> PathBuf {
+        self.folder.join(&self.rig)
     }
 
     /// Every log that it names, and those in `elsewhere` (files, folders).
     pub fn find_logs(&self, elsewhere: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
+        find_logs(&self.named(elsewhere)?)
+    }
+
+    /// The files and folders that it names, and `elsewhere`.
+    pub fn named(&self, elsewhere: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
         let mut paths = elsewhere.to_vec();
         for name in &self.logs {
             let path = self.folder.join(name);
@@ -107,7 +121,7 @@ impl Recipe {
                 return Err(bad(format!("nothing matches {pattern}")));
             }
         }
-        find_logs(&paths)
+        Ok(paths)
     }
 }
 

@@ -1,9 +1,14 @@
 //! Parts of the page that every section uses.
 
 use judge::JudgeError;
-use maud::{Markup, html};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use store::Model;
 use world::WorldError;
+
+const STYLE: &str = include_str!("style.css");
+/// The browser itself keeps the page from fetching anything.
+const NOTHING_FETCHED: &str =
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
 
 /// Why the page could not be made. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
@@ -14,6 +19,30 @@ pub enum PageError {
     /// Errors could not be told apart by what strikes differ in.
     #[error("{0}")]
     Misses(#[from] JudgeError),
+}
+
+/// A whole page as text; `head` and `foot` are what it needs beside the style of all.
+pub fn document(title: &str, head: &Markup, body: &Markup, foot: &Markup) -> String {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(NOTHING_FETCHED);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                (head)
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                a.skip href="#main" { "To the content" }
+                main id="main" { (body) }
+                (foot)
+            }
+        }
+    }
+    .into_string()
 }
 
 pub fn section(title: &str, content: Markup) -> Markup {

@@ -1,4 +1,4 @@
-//! `report.html`: one page that holds all it shows.
+//! `report.html`: one page that holds all it shows; `fleet.html` of several rigs.
 
 mod answer;
 mod delivered;
@@ -6,6 +6,7 @@ mod diagnosis;
 mod explorer;
 mod figure_8;
 mod figures;
+mod fleet;
 mod input;
 mod maps;
 mod markup;
@@ -20,6 +21,7 @@ mod testing;
 mod trend;
 mod write;
 
+pub use fleet::write_fleet;
 #[cfg(test)]
 pub use testing::found_tilt;
 pub use write::{FILE, write};

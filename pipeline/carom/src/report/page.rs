@@ -2,26 +2,22 @@
 
 use std::collections::BTreeSet;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use values::{Reject, Split, Strike};
 
 use super::figures::{self, Places};
 use super::input::ReportInput;
-use super::markup::{PageError, section, wide};
+use super::markup::{PageError, document, section, wide};
 use super::plot::short;
 use super::{answer, delivered, diagnosis, explorer, models, stops, trend};
 use crate::results::Worlds;
 use crate::words;
 
-const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("page.js");
 /// uPlot 1.6.32, as npm has it, with its licence: it draws in the page, and fetches nothing.
 const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const UPLOT_LICENCE: &str = include_str!("uplot/LICENSE");
-/// The browser itself keeps the page from fetching anything.
-const NOTHING_FETCHED: &str =
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
 /// Rejected strikes listed at the most; the table holds all.
 const REJECTS: usize = 50;
 
@@ -75,26 +71,12 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         (rejects_section(&results.read.rejects))
         (provenance_section(shown))
     };
-    Ok(html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(NOTHING_FETCHED);
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (title) }
-                style { (PreEscaped(UPLOT_STYLE)) (PreEscaped(STYLE)) }
-            }
-            body {
-                a.skip href="#main" { "To the content" }
-                main id="main" { (body) }
-                script { (PreEscaped(format!("/* uPlot\n{UPLOT_LICENCE}*/\n{UPLOT}"))) }
-                script { (PreEscaped(SCRIPT)) }
-            }
-        }
-    }
-    .into_string())
+    let head = html! { style { (PreEscaped(UPLOT_STYLE)) } };
+    let foot = html! {
+        script { (PreEscaped(format!("/* uPlot\n{UPLOT_LICENCE}*/\n{UPLOT}"))) }
+        script { (PreEscaped(SCRIPT)) }
+    };
+    Ok(document(&title, &head, &body, &foot))
 }
 
 /// What a check of the logs found; empty where it found nothing.

@@ -4,6 +4,7 @@ mod camera;
 mod collect;
 mod datasets;
 mod fixture;
+mod fleet;
 mod logs;
 mod nights;
 mod pixels;
