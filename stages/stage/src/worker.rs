@@ -281,11 +281,7 @@ impl Worker {
         attempt: impl Fn(u128) -> Result<bool, E>,
     ) -> Result<(), E> {
         let (began, mut pause) = (Instant::now(), PAUSES[0]);
-        let unknown = self.share.patience.as_secs_f64();
-        let patience = match usual > 0.0 {
-            true => (SLOWER * usual).max(unknown / SLOWER),
-            false => unknown,
-        };
+        let patience = patience(usual, self.share.patience.as_secs_f64());
         let patience = Duration::from_secs_f64(patience).as_millis().max(1);
         while !attempt(began.elapsed().as_millis() / patience)? {
             if pause == PAUSES[0] {
@@ -302,6 +298,14 @@ impl Worker {
 
 fn slot<T>(slots: &[Mutex<Option<T>>], place: usize) -> MutexGuard<'_, Option<T>> {
     slots[place].lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// How long to wait for a job that usually takes so long, 0 where that is not known, when nothing says more than this; in s.
+fn patience(usual: f64, unknown: f64) -> f64 {
+    match usual > 0.0 {
+        true => (SLOWER * usual).max(unknown / SLOWER),
+        false => unknown,
+    }
 }
 
 #[cfg(test)]
@@ -344,29 +348,9 @@ mod tests {
 
     #[test]
     fn a_job_is_waited_for_by_what_it_usually_takes_where_that_is_known() {
-        let dir = tempfile::tempdir().expect("folder");
-        let share = Share {
-            index: 0,
-            count: 1,
-            patience: Duration::from_secs(2),
-        };
-        let worker = Worker::begin(dir.path(), share).expect("begins");
-        let work = Work {
-            stage: "test",
-            group: String::new(),
-            jobs: &[],
-            is_side_by_side: false,
-            folder: dir.path(),
-            is_quiet: true,
-        };
-        let waited = |usual: f64| {
-            let began = Instant::now();
-            let is_over = |round| Ok::<bool, StageError>(round > 0);
-            worker.wait(&work, usual, is_over).expect("waits");
-            began.elapsed().as_secs_f64()
-        };
-        // A twentieth of the patience at the least, all of it where nothing is known.
-        assert!((0.1..1.9).contains(&waited(1e-4)));
-        assert!(waited(0.0) >= 2.0);
+        assert_eq!(patience(0.0, 2.0), 2.0);
+        assert_eq!(patience(1.0, 2.0), SLOWER);
+        // A twentieth of the patience at the least.
+        assert_eq!(patience(1e-4, 2.0), 2.0 / SLOWER);
     }
 }
