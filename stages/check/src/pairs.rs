@@ -83,14 +83,18 @@ const ORDER: f64 = 3.0;
 /// Pairs by the clocks as they are; where at least twice as many come at another delay, or about as many, and in good order where these are in
 /// none (a hand moves objects too), by that one.
 ///
-/// Commands of less than `slowest` (m/s), of which most logs have none, move an arm from place to place; where there are hardly others, speeds are in
-/// another unit.
+/// Commands of less than `slowest` (m/s) move an arm from place to place, where they are slower by far than all others; else the rig file states
+/// another arm's speeds.
 pub fn pairs(seen: &Seen, slowest: f64) -> Pairs {
+    /// So many times as fast is the slowest strike at the least.
+    const FASTER: f64 = 1.5;
     let is_fast = |command: &&CommandSeen| command.speed >= slowest;
-    let fast: Vec<CommandSeen> = seen.commands.iter().filter(is_fast).copied().collect();
-    let seen = match fast.len() >= FEWEST && 3 * fast.len() >= seen.commands.len() {
+    let (fast, slow): (Vec<&CommandSeen>, Vec<_>) = seen.commands.iter().partition(is_fast);
+    let least = fast.iter().map(|c| c.speed).fold(f64::INFINITY, f64::min);
+    let is_apart = slow.iter().all(|c| FASTER * c.speed < least);
+    let seen = match fast.len() >= FEWEST && is_apart {
         true => &Seen {
-            commands: fast,
+            commands: fast.into_iter().copied().collect(),
             ..seen.clone()
         },
         false => seen,
