@@ -345,7 +345,9 @@ fn known(in_use: &BTreeMap<String, Artifact>) -> Vec<Quantity> {
             let each = added.parameters.iter();
             each.map(move |(name, estimate)| (part, format!("{}.{name}", added.name), *estimate))
         });
-        for (part, name, estimate) in of_world.chain(of_effects) {
+        let stated = of_world.chain(of_effects);
+        // What was not fitted says nothing of a rig.
+        for (part, name, estimate) in stated.filter(|(.., estimate)| measured(estimate).is_some()) {
             let rigs = found.entry((part, name, object.clone())).or_default();
             rigs.insert(rig.clone(), estimate);
         }
@@ -386,14 +388,10 @@ fn measured(estimate: &Estimate) -> Option<(f64, f64)> {
 }
 
 fn told(estimate: &Estimate) -> String {
-    match (estimate.low, estimate.high) {
-        (Some(low), Some(high)) => {
-            let [value, low, high] =
-                [estimate.value, low, high].map(|x| to_two_figures_of(high - low, x));
-            format!("{value} [{low}, {high}]")
-        }
-        _ => format!("{} (not measured)", estimate.value),
-    }
+    let end = |end: Option<f64>| end.unwrap_or(estimate.value);
+    let (low, high) = (end(estimate.low), end(estimate.high));
+    let [value, low, high] = [estimate.value, low, high].map(|x| to_two_figures_of(high - low, x));
+    format!("{value} [{low}, {high}]")
 }
 
 #[cfg(test)]
