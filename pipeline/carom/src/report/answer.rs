@@ -12,7 +12,7 @@ use super::markup::title;
 use crate::outputs::NEXT_STRIKES;
 use crate::publishing::best_model;
 use crate::results::Worlds;
-use crate::summary::diagnosis::{numbers, probability, sentence};
+use crate::summary::diagnosis::{changes, numbers, probability, sentence};
 
 /// Half the width of a 95 % interval of a mean, in standard errors.
 const HALF_95: f64 = 1.96;
@@ -222,6 +222,7 @@ fn next(shown: &ReportInput<'_>) -> Markup {
             @if can_strike && knows_sessions {
                 li { "With " code { "--adapt" } " plans follow a new session's table by its first strikes." }
             }
+            @if let Some(told) = diagnosis.and_then(|diagnosis| changes(&diagnosis.gap)) { li { (told) "." } }
             @if planned > 0 {
                 li {
                     "The " (planned) " strikes in " code { (NEXT_STRIKES) }

@@ -106,6 +106,20 @@ pub fn gap(gap: &Gap) -> String {
     )
 }
 
+/// What is told where strikes change over their order, or from session to session, by more than this times what repeats scatter by.
+const CHANGES: f64 = 2.0;
+
+/// How far stops move by what changes while strikes are made, where that is more than scatter.
+pub fn changes(gap: &Gap) -> Option<String> {
+    let moves = gap.wander.hypot(gap.sessions);
+    (moves > CHANGES * gap.noise_floor).then(|| {
+        format!(
+            "what changes over the strikes, or from session to session, moves stops by {:.1} mm:\nlook for its cause; `strike --adapt` follows it",
+            moves * 1e3
+        )
+    })
+}
+
 /// How far the gap shrinks, on one line.
 pub fn gap_in_brief(gap: &Gap) -> String {
     if gap.heldout_strikes == 0 {
@@ -280,6 +294,10 @@ mod tests {
         assert!(
             gap(&measured).ends_with("leaves 4.0 mm, within the scatter that the fit allows for")
         );
+        assert_eq!(changes(&measured), None);
+        (measured.wander, measured.sessions) = (0.008, 0.006);
+        let told = changes(&measured).expect("more than scatter");
+        assert!(told.contains("moves stops by 10.0 mm"), "{told}");
         measured.after = measured.before;
         assert!(!gap(&measured).contains("closed"));
         measured.heldout_strikes = 0;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use diagnose::{Diagnosis, Parameter, Verdict};
 
-use super::diagnosis::{gap_in_brief, numbers, probability, verdict};
+use super::diagnosis::{changes, gap_in_brief, numbers, probability, verdict};
 use super::shared::{lines, stop_errors, strikes, unused_diagnosis, warnings};
 use crate::outputs::NEXT_STRIKES;
 use crate::results::Results;
@@ -106,6 +106,9 @@ fn diagnosis(diagnosis: &Diagnosis) -> String {
         }
     }
     let _ = writeln!(text, "           {}", gap_in_brief(&diagnosis.gap));
+    for line in changes(&diagnosis.gap).iter().flat_map(|told| told.lines()) {
+        let _ = writeln!(text, "           {line}");
+    }
     text += &next(diagnosis);
     text
 }
