@@ -4,6 +4,7 @@
 //! checked before any of its messages is given; in a file that is cut off, what is whole of the last chunk is given too.
 
 mod bag;
+mod body;
 mod chunk;
 mod event;
 mod raw;

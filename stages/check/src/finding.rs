@@ -4,8 +4,6 @@ use ingest::Seen;
 use serde::{Deserialize, Serialize};
 use values::{Fence, Point, Reject, RejectReason};
 
-use crate::frames::TURNED;
-
 /// A log as it was read.
 #[derive(Clone, Debug)]
 pub struct LogRead<'a> {
@@ -90,6 +88,8 @@ const LONG: f64 = 0.01;
 /// So long after the touch a tip is some centimetres past it, and brakes: what it delivered is not known, in s.
 const TOO_LONG: f64 = 0.03;
 
+/// Turned by more, in rad, no effect of the library can hold it (a bias of the arm, up to 0.3 rad, with an offset of the tip).
+pub const TURNED: f64 = 0.21;
 /// An object that is so many times as fast 70 ms after it began to move as at first was not struck, or is not seen as it moves.
 const PUSHED: f64 = 1.5;
 

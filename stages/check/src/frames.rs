@@ -6,7 +6,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::finding::Finding;
+use crate::finding::{Finding, TURNED};
 use crate::pairs::Pair;
 use crate::statistics::{Line, at_most, line, median, middle, wrapped};
 
@@ -27,9 +27,7 @@ const MANY_SPEEDS: f64 = 0.25;
 /// Headings of so many strikes that spread by more than this about any line, in rad, follow none.
 const DISORDER: f64 = 0.35;
 const FEWEST_IN_DISORDER: usize = 12;
-/// Turned by more, no effect of the library can hold it (a bias of the arm, up to 0.3 rad, with an offset of the tip) …
-pub const TURNED: f64 = 0.21;
-/// … and by more than this it is told.
+/// Turned by more than this it is told.
 const PERHAPS_TURNED: f64 = 0.1;
 /// Gains of an object's heading over the commanded angle.
 const GAINS: (f64, f64) = (0.5, 1.5);

@@ -1,12 +1,12 @@
 //! The records within a chunk, one at a time. Its CRC, where it has one, is checked before the first of them is given: the chunk is read, or
 //! unpacked, twice, so that none is held as a whole.
 
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, Read};
 
 use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use super::records::PREFIX;
+use super::body::{Body, HELD, PREFIX};
 use super::request::Limits;
 
 /// What can be wrong with a chunk.
@@ -31,49 +31,6 @@ impl<E> From<io::Error> for ChunkFault<E> {
 
 /// Called with the opcode and body of a record, and whether a CRC covers it.
 type EachRecord<'a, E> = &'a mut dyn FnMut(u8, &[u8], bool) -> Result<(), E>;
-
-/// What can be read at any place.
-pub(super) trait Source: Read + Seek {}
-
-impl<S: Read + Seek> Source for S {}
-
-/// A record's body: in memory, or where it stands in the file.
-pub(super) enum Body<'a> {
-    Held(&'a [u8]),
-    InFile {
-        source: &'a mut dyn Source,
-        from: u64,
-        length: u64,
-    },
-}
-
-/// Bytes of a file that are read at once.
-const READ_SIZE: usize = 256 << 10;
-
-impl Body<'_> {
-    fn length(&self) -> u64 {
-        match self {
-            Self::Held(bytes) => bytes.len() as u64,
-            Self::InFile { length, .. } => *length,
-        }
-    }
-
-    /// Its bytes from one of them on.
-    fn after(&mut self, at: u64) -> io::Result<Box<dyn BufRead + '_>> {
-        Ok(match self {
-            Self::Held(bytes) => Box::new(&bytes[(at as usize).min(bytes.len())..]),
-            Self::InFile {
-                source,
-                from,
-                length,
-            } => {
-                source.seek(SeekFrom::Start(*from + at))?;
-                let rest = source.take(length.saturating_sub(at));
-                Box::new(BufReader::with_capacity(READ_SIZE, rest))
-            }
-        })
-    }
-}
 
 /// Calls `each` with the records of a chunk; of one that is not `whole`, with those that are there.
 pub(super) fn each<E>(
@@ -188,9 +145,6 @@ fn crc_of(mut bytes: impl BufRead) -> io::Result<u32> {
         bytes.consume(length);
     }
 }
-
-/// An unpacked chunk up to this size is held as a whole while its CRC is checked, and a record up to this size is read as a whole.
-pub(super) const HELD: u64 = 8 << 20;
 
 /// Records that are compressed are unpacked by the mcap crate, fed with this chunk alone.
 fn each_packed<E>(

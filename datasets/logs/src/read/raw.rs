@@ -12,7 +12,8 @@ use std::sync::Arc;
 use mcap::records::{Record, op};
 
 use super::bag::{self, JoinedHash, Opened};
-use super::chunk::{self, Body, ChunkFault};
+use super::body::Body;
+use super::chunk::{self, ChunkFault};
 use super::event::{Damage, Extent};
 use super::records::{Ending, Records};
 use super::request::Limits;

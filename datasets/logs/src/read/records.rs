@@ -7,13 +7,9 @@ use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use sha2::{Digest, Sha256};
 
-use super::chunk::{Body, HELD};
+use super::body::{Body, HELD, PREFIX, READ_SIZE};
 use crate::LogError;
 
-/// Bytes before a record's body: its opcode and length.
-pub(super) const PREFIX: usize = 9;
-/// Read at least this much at once.
-const READ_SIZE: u64 = 256 << 10;
 /// Opcodes up to this one are defined by the format.
 const LAST_OPCODE: u8 = op::DATA_END;
 /// Opcodes from this one on are anyone's own.
@@ -177,7 +173,7 @@ impl<'a, R: Read + Seek> Records<'a, R> {
     /// Gives the reader what it needs, or as much as the file has left: a length that lies takes no memory.
     fn feed(&mut self, reader: &mut LinearReader, need: usize) -> Result<(), LogError> {
         let left = self.size - self.taken;
-        let size = usize::try_from(left.min(READ_SIZE.max(need as u64))).unwrap_or(need);
+        let size = usize::try_from(left.min((READ_SIZE as u64).max(need as u64))).unwrap_or(need);
         let buffer = reader.insert(size);
         let read = self.source.read(buffer).map_err(|source| LogError::Io {
             log: self.log.into(),

@@ -9,7 +9,7 @@ use world::{
 use super::{
     Selection,
     fits::{FitCriteria, fit_best},
-    penalty::simpler,
+    penalty::{is_field, simpler},
     refine::{MANY, replaced, standing},
 };
 use crate::{
@@ -119,12 +119,6 @@ pub(crate) fn with_special_cases<'a>(
         }
     }
     Ok(selection)
-}
-
-/// Whether an effect has a value at each of many places.
-pub(super) fn is_field(name: &str) -> bool {
-    let spec = effect(name);
-    spec.is_ok_and(|spec| matches!(spec.naming, Naming::LastResort | Naming::InPlace))
 }
 
 /// Whether a candidate is asked where nothing of its kind was found: a table of any shape, where tracks of a round object leave what was found by far

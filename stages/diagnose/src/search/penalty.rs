@@ -1,10 +1,12 @@
 //! What related effects must bring beyond each other.
 
+use world::effects::{Naming, effect};
+
 use crate::Thresholds;
 
 /// Effects that do the same by construction, or nearly so.
 pub(super) fn alike(name: &str) -> &'static [&'static str] {
-    world::effects::effect(name).map_or(&[], |spec| spec.equivalent)
+    effect(name).map_or(&[], |spec| spec.equivalent)
 }
 
 /// Gain in log-likelihood of an effect that frees so many values, less what it would gain by chance, and less what is asked
@@ -27,5 +29,11 @@ pub(super) fn evidence_of(
 
 /// Effects that are one's special cases.
 pub(super) fn simpler(name: &str) -> &'static [&'static str] {
-    world::effects::effect(name).map_or(&[], |spec| spec.contains)
+    effect(name).map_or(&[], |spec| spec.contains)
+}
+
+/// Whether an effect has a value at each of many places.
+pub(super) fn is_field(name: &str) -> bool {
+    let spec = effect(name);
+    spec.is_ok_and(|spec| matches!(spec.naming, Naming::LastResort | Naming::InPlace))
 }

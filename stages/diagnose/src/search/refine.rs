@@ -6,8 +6,7 @@ use world::WorldError;
 use super::{
     CandidateFit, SelectedEffect, Selection,
     fits::{FitCriteria, fit_best},
-    last_resort::is_field,
-    penalty::{alike, evidence_of, simpler},
+    penalty::{alike, evidence_of, is_field, simpler},
 };
 use crate::{
     Thresholds,
