@@ -416,12 +416,13 @@ fn density(rig: &Rig) -> Option<Finding> {
     (!MATERIALS.contains(&density)).then_some(Finding::Density { density })
 }
 
+/// Farther than an arm's heading differs from day to day, in rad, and in standard errors: the camera, or the arm's base, was moved.
+const MOVED: f64 = 0.1;
+const MOVED_ERRORS: f64 = 6.0;
+
 /// Logs whose objects leave turned against those of the others by more than an arm differs by from day to day: the camera or the arm's base
 /// was moved.
 fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Finding> {
-    /// In rad, and in standard errors.
-    const TURNED: f64 = 0.1;
-    const ERRORS: f64 = 6.0;
     let turn = |pair: &Pair| statistics::wrapped(pair.heading() - pair.command.angle);
     // An arm may err by the angle, of which sessions may strike others: as each log shows it by itself.
     let within = paired.iter().flat_map(|of| {
@@ -465,7 +466,7 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
     each.filter_map(|(log, turn)| {
         let (turn, error, strikes) = turn?;
         let by = statistics::wrapped(turn - usual?);
-        let is_turned = by.abs() > TURNED.max(ERRORS * error) && !is_known(log.name);
+        let is_turned = by.abs() > MOVED.max(MOVED_ERRORS * error) && !is_known(log.name);
         is_turned.then(|| Finding::SessionTurned {
             log: log.name.into(),
             by,
@@ -478,11 +479,9 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
 
 /// From which strike of a log on objects leave turned against those before, by more than an arm differs by from day to day.
 fn turned_within(log: &str, pairs: &[Pair]) -> Option<Finding> {
-    /// Strikes on each side, and places that are tried; in rad, and in standard errors.
+    /// Strikes on each side, and places that are tried.
     const SIDE: usize = 6;
     const PLACES: usize = 60;
-    const TURNED: f64 = 0.1;
-    const ERRORS: f64 = 6.0;
     let turn = |pair: &Pair| statistics::wrapped(pair.heading() - pair.command.angle);
     let turns: Vec<f64> = pairs.iter().map(turn).collect();
     let (usual, _) = statistics::middle(&turns)?;
@@ -511,11 +510,13 @@ fn turned_within(log: &str, pairs: &[Pair]) -> Option<Finding> {
     let (one, other) = (at as f64, (left.len() - at) as f64);
     let spread = 1.2533 * apart / left.len() as f64;
     let error = 1.2533 * spread * (one.recip() + other.recip()).sqrt();
-    (by.abs() > TURNED.max(ERRORS * error) && by.abs() > spread).then(|| Finding::TurnedWithin {
-        log: log.into(),
-        strike: at + 1,
-        by,
-        error,
+    (by.abs() > MOVED.max(MOVED_ERRORS * error) && by.abs() > spread).then(|| {
+        Finding::TurnedWithin {
+            log: log.into(),
+            strike: at + 1,
+            by,
+            error,
+        }
     })
 }
 

@@ -96,9 +96,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 .robot
                 .base_yaw
                 .filter(|_| rig.frames.command == CommandFrame::Base);
-            // Rounded, it is no more than half a turn, as the rig file takes it.
-            let most = std::f64::consts::PI - 1e-3;
-            let turn = check::wrapped(base_yaw.unwrap_or(0.0) + by).clamp(-most, most);
+            let turn = base_yaw_of(base_yaw.unwrap_or(0.0) + by);
             let mirror = match (*mirrored, rig.frames.mirrored) {
                 (true, false) => "mirrored = true  ",
                 (true, true) => "mirrored = false  ",
@@ -365,7 +363,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     "state `[frames] command = \"base\"` and `[robot] base = [{:.3}, {:.3}]  base_yaw = {:.3}`, or log the tip's place in the frame `table`",
                     base.x,
                     base.y,
-                    check::wrapped(yaw + turn)
+                    base_yaw_of(yaw + turn)
                 )
             },
         ),
@@ -628,6 +626,12 @@ fn significant(value: f64) -> String {
 
 fn of(log: Option<&str>) -> String {
     log.map_or(String::new(), |log| format!("{log}: "))
+}
+
+/// A turn of the base as the rig file takes it: rounded, no more than half a turn.
+fn base_yaw_of(turn: f64) -> f64 {
+    let most = std::f64::consts::PI - 1e-3;
+    check::wrapped(turn).clamp(-most, most)
 }
 
 /// What mends one log alone would spoil the others.
