@@ -256,7 +256,7 @@ living: build
 soak: build
 	nice -n 19 $(BIN)/soak --nights 100 --strikes 2 --seed 7
 
-# Shards, 200 kills, a real Slurm (Debian's packages, unpacked below and not installed) and Kubernetes' schema, and the page that is committed: some
+# Shards, 200 kills, a real Slurm (Debian's packages, unpacked below and not installed), Kubernetes' schema, moto's S3 behind a proxy of faults, and the page that is committed: some
 # half an hour. `make cluster SMALL=1` tries it in minutes, `PARTS="kills slurm"` a part of it, `STRIKES=1000` fewer. What it starts it ends.
 CLUSTER := artifacts/runs/cluster
 STRIKES := 5000

@@ -2,7 +2,8 @@
 
     cluster.py CAROM FOLDER PAGE [--small] [--strikes N] [PART …]
 
-Parts: shards, stopped, kills, slurm, many. Exits with 1 and says what does not hold.
+Parts: shards, stopped, kills, slurm, many, objects; the page is written once all have run with this commit. Exits with 1 and says what does not
+hold.
 """
 
 import argparse
@@ -18,12 +19,13 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import objects
 import scaling
 from checking import check, wrong
 from slurm import Slurm
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-PARTS = ["shards", "stopped", "kills", "slurm", "many"]
+PARTS = ["shards", "stopped", "kills", "slurm", "many", "objects"]
 words = argparse.ArgumentParser()
 words.add_argument("carom", type=Path)
 words.add_argument("folder", type=Path)
@@ -298,15 +300,188 @@ def many():
     rows["operations"] = ", ".join(f"to {name} {1e6 * seconds:.0f} µs" for name, seconds in operations.items())
 
 
+class Publisher:
+    """A folder with a version that no other folder has."""
+
+    def __init__(self, store, number):
+        self.store, self.out = store, FOLDER / f"objects/publisher_{number}"
+        command = [CAROM, "run", FOLDER / "objects/rig/logs", "--rig", FOLDER / "objects/rig/rig.toml", "--seed", str(number), "--out", self.out, "--quiet"]
+        subprocess.run(command, capture_output=True)
+        self.hash = json.loads((self.out / "versions/v0001/manifest.json").read_text())["sha256"]
+
+    def push(self, place, *more, through=True):
+        command = [CAROM, "artifacts", "push", f"s3://bucket/{place}", "--artifacts", self.out, *more]
+        return subprocess.Popen(command, env=self.store.env(FOLDER / "objects", through), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def ended(process):
+    out, errors = process.communicate()
+    with open(FOLDER / "logs/objects.log", "a") as log:
+        log.write(f"{process.args[1:3]} ended with {process.returncode}\n{out}{errors}\n")
+    return process.returncode, out + errors
+
+
+def in_use(store, place):
+    """The hash of the whole version that `latest` names there, checked file by file; or what is wrong."""
+    folder = f"{place}/versions/{store.get(place + '/latest').decode().strip()}"
+    manifest = json.loads(store.get(f"{folder}/manifest.json"))
+    whole = all(hashlib.sha256(store.get(f"{folder}/{name}")).hexdigest() == file["sha256"] for name, file in manifest["files"].items())
+    return manifest["sha256"] if whole else "half a version"
+
+
+def strike(store, place, data, *more, through=True):
+    command = [CAROM.parent / "strike", "--artifacts", f"s3://bucket/{place}", "--from", "0.30", "0", "--to", "0.62", "0.06", *more]
+    return subprocess.Popen(command, env=store.env(FOLDER / "objects", through, XDG_DATA_HOME=str(data)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def remote():
+    """Logs in an object store, and versions that are put there and copied from there, with faults in between."""
+    shutil.rmtree(FOLDER / "objects", ignore_errors=True)
+    rig, image = FOLDER / "objects/rig", (20 if words.small else 200) << 20
+    subprocess.run([CAROM, "demo", "--strikes", "200", "--seed", "3", "--out", rig, "--quiet"], check=True, capture_output=True)
+    with objects.Store(sys.executable) as store:
+        reads(store, rig, image)
+        first, *publishers = [Publisher(store, number) for number in range(7)]
+        races(store, first, publishers)
+        faults(store, first, publishers[0])
+        told(store, first)
+    everything = [path for path in [*(FOLDER / "objects").rglob("*"), FOLDER / "logs/objects.log"] if path.is_file()]
+    found = [path for path in everything for secret in (objects.KEY, objects.SECRET) if secret.encode() in path.read_bytes()]
+    check(not found, f"objects: credentials are in none of {len(everything)} files and messages {found or ''}")
+    rows["secrets"] = f"in none of {len(everything)} files of runs, copies and messages"
+
+
+def reads(store, rig, image):
+    logs = sorted((rig / "logs").glob("*.mcap"))
+    held = sum(map(objects.held, logs))
+    objects.enlarge(logs[0], 9, image)
+    line = [CAROM, "run", "--rig", rig / "rig.toml", "--quiet"]
+    check(subprocess.run([*line, rig / "logs", "--out", FOLDER / "objects/local"], capture_output=True).returncode == 0, "objects: the run on local logs")
+    for log in logs:
+        store.put(f"logs/{log.name}", log.read_bytes())
+
+    def run(out):
+        store.faults()
+        code, said = ended(subprocess.Popen([*line, "s3://bucket/logs", "--out", FOLDER / out], env=store.env(FOLDER / "objects"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+        check(code == 0 and version(FOLDER / out) == version(FOLDER / "objects/local"), f"objects: {out}: the bytes of local logs' version {said if code else ''}")
+        return store.counts()[1]
+
+    whole = run("objects/unhashed")
+    sums = "".join(f"{hashlib.sha256(log.read_bytes()).hexdigest()}  {log.name}\n" for log in logs)
+    store.put("logs/SHA256SUMS", sums.encode())
+    moved, again = run("objects/hashed"), run("objects/hashed")
+    share, size = moved / held, logs[0].stat().st_size
+    check(share <= 1.2, f"objects: {share:.2f} of the bytes of the wanted topics' chunks were moved, of logs with {size >> 20} MB of images")
+    rows["objects_read"] = f"| {len(logs)}, one with {size / 1e6:.0f} MB in 9 topics of images | {held / 1e6:.2f} MB | {moved / 1e6:.2f} MB | {share:.2f} | {whole / 1e6:.0f} MB | {again / 1e3:.1f} kB | equal |"
+    print(rows["objects_read"], flush=True)
+
+
+def races(store, first, publishers):
+    count, winners, codes, began, before = 10 if words.small else 100, Counter(), Counter(), time.monotonic(), ""
+    for race in range(count):
+        place = f"races_{race // 10}"
+        if race % 10 == 0:
+            check(ended(first.push(place, through=False))[0] == 0, f"objects: {place} begins")
+        before = store.get(f"{place}/latest").decode().strip()
+        # Whoever won the last time has nothing to publish.
+        racers = [publisher for publisher in [first, *publishers] if publisher.hash != in_use(store, place)][:6]
+        running = [publisher.push(place, "--over", before, through=False) for publisher in racers]
+        results = [ended(process) for process in running]
+        won = [publisher for publisher, (code, _) in zip(racers, results) if code == 0]
+        is_right = len(won) == 1 and in_use(store, place) == won[0].hash
+        is_right = is_right and all(code == 4 and "is in use now" in said for code, said in results if code)
+        if not is_right:
+            check(False, f"objects: race {race}: {results}")
+        winners[len(won)] += 1
+        codes.update(code for code, _ in results)
+    check(winners == {1: count}, f"objects: {count} races of 6 publishers: winners {dict(winners)}")
+    rows["races"] = f"{count} races of 6 publishers in {time.monotonic() - began:.0f} s: one won each, and its version is in use, whole; the others ended with 4 and said which version is"
+
+
+def faults(store, first, second):
+    """Each fault at each request of a publication and of a load: once, and from there on."""
+    hashes, outcomes, half, lost = (first.hash, second.hash), Counter(), 0, 0
+    cases = [(fault, False) for fault in objects.FAULTS] + [("reset", True), ("503", True)]
+    for fault, stays in cases:
+        number, did = 1, True
+        while did:
+            place, did = f"faults_{fault}_{stays}_{number}", False
+            store.faults()
+            begun = ended(first.push(place))
+            if begun[0]:
+                check(False, f"objects: {place} begins: {begun}")
+
+            def plan(request, method, path):
+                nonlocal did
+                is_it = request >= number if stays else request == number
+                is_it = is_it and (fault != "stale" or "list-type" in path)
+                did |= is_it or (fault == "stale" and request >= number)
+                return fault if is_it else None
+
+            store.faults(plan)
+            code, said = ended(second.push(place))
+            store.faults()
+            now = in_use(store, place)
+            half += now not in hashes
+            lost += (code == 0) != (now == second.hash) and not stays
+            lost += code != 0 and not stays
+            lost += stays and code == 0 and now != second.hash
+            outcomes[f"publish, {'from there on' if stays else 'once'}: {'done' if code == 0 else 'failed'}"] += 1
+            # A load of that place, into nothing, and over a copy.
+            kept = FOLDER / "objects/copies" / place
+            store.faults(plan)
+            code, said = ended(strike(store, place, kept))
+            store.faults()
+            half += any(path for path in kept.rglob("versions/v*") if not (path / "manifest.json").exists())
+            lost += code != 0 and not stays
+            outcomes[f"load, {'from there on' if stays else 'once'}: {'done' if code == 0 else 'failed'}"] += 1
+            number += 1
+    place, kept = "faults_503_False_1", FOLDER / "objects/copies/offline"
+    check(ended(strike(store, place, kept))[0] == 0, "objects: a copy is made")
+    for fault in ["reset", "503"]:
+        store.faults(lambda *_: fault)
+        code, said = ended(strike(store, place, kept))
+        check(code == 0 and "is used, the last that was copied" in said, f"objects: offline by {fault}, it strikes with the copy and says so {'' if code == 0 else said}")
+    store.faults()
+    check(half == 0, f"objects: half versions under faults: {half}")
+    check(lost == 0, f"objects: publications lost under faults: {lost}")
+    rows["faults"] = "; ".join(f"{name} {count}" for name, count in sorted(outcomes.items()))
+    rows["faults_total"] = f"{sum(outcomes.values())} cases"
+
+
+def told(store, first):
+    """What is said of what a person can mend, without the store's own words, which have a key's name in them."""
+    said = "<Error><Code>{}</Code><AWSAccessKeyId>" + objects.KEY + "</AWSAccessKeyId></Error>"
+    for code, status, word in [("RequestTimeTooSkewed", 403, "clock"), ("SignatureDoesNotMatch", 403, "AWS_SECRET_ACCESS_KEY"), ("InvalidAccessKeyId", 403, "AWS_ACCESS_KEY_ID"), ("AccessDenied", 403, "allow")]:
+        store.faults(lambda *_: (status, [], said.format(code).encode()))
+        ended_with, text = ended(first.push("told"))
+        check(ended_with == 1 and word in text, f"objects: {code} is told with how to mend it: {text.strip()}")
+    store.faults()
+    code, text = ended(subprocess.Popen([CAROM, "artifacts", "push", "s3://no-such-bucket/x", "--artifacts", first.out], env=store.env(FOLDER / "objects"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+    check(code == 1 and "bucket" in text, f"objects: no bucket: {text.strip()}")
+    code, text = ended(strike(store, "nothing/here", FOLDER / "objects/copies/none"))
+    check(code == 2 and "latest" in text, f"objects: no version: {text.strip()}")
+    secret = f"s3://{objects.KEY}:{objects.SECRET.replace('+', '')}@bucket/x"
+    code, text = ended(subprocess.Popen([CAROM, "artifacts", "push", secret, "--artifacts", first.out], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+    check(code == 2 and "environment" in text, f"objects: credentials in a URL are refused: {text.strip()}")
+
+
 for file in ["work.yaml", "run.yaml"]:
     validated = subprocess.run([Path(sys.executable).parent / "kubernetes-validate", "--strict", ROOT / "pipeline/carom/cluster" / file], capture_output=True, text=True)
     check(validated.returncode == 0, f"{file}: {(validated.stdout + validated.stderr).strip()}")
+commit = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=9", "--exclude=*"], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+# Parts may be run one by one: a page is of one commit.
+kept = FOLDER / f"rows_{commit}_{STRIKES}.json"
+if kept.exists():
+    rows.update(json.loads(kept.read_text()))
 alone = one()
 for part in words.parts:
-    {"shards": lambda: shards(alone), "stopped": stopped, "kills": kills, "slurm": slurm, "many": many}[part]()
+    {"shards": lambda: shards(alone), "stopped": stopped, "kills": kills, "slurm": slurm, "many": many, "objects": remote}[part]()
+    rows.setdefault("parts", []).append(part)
+    if not wrong:
+        kept.write_text(json.dumps(rows))
 print(json.dumps(rows, indent=1))
 if wrong:
     sys.exit(f"{len(wrong)} of what was checked do not hold")
-if words.parts == PARTS and not words.small:
-    commit = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=9", "--exclude=*"], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+if set(rows["parts"]) == set(PARTS) and not words.small:
     words.page.write_text((ROOT / "tests/peers/cluster.md").read_text().format(**rows, strikes=STRIKES, many_strikes=MANY, commit=commit, cores=os.cpu_count()))

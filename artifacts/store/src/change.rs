@@ -265,7 +265,7 @@ impl Store {
         }))
     }
 
-    fn set_latest(&self, version: &str) -> Result<(), ArtifactError> {
+    pub(crate) fn set_latest(&self, version: &str) -> Result<(), ArtifactError> {
         if self.latest().is_ok_and(|latest| latest == version) {
             return Ok(());
         }
@@ -275,7 +275,7 @@ impl Store {
         )?)
     }
 
-    fn lock(&self) -> Result<Lock, ArtifactError> {
+    pub(crate) fn lock(&self) -> Result<Lock, ArtifactError> {
         Lock::acquire(&self.versions().join(LOCK)).map_err(|error| match error {
             LockError::Busy { .. } => ArtifactError::Busy { store: self.name() },
             LockError::Io(error) => error.into(),

@@ -14,6 +14,8 @@ mod load;
 mod manifest;
 mod model;
 pub mod network;
+#[cfg(feature = "url")]
+mod remote;
 mod residual_model;
 mod signature;
 mod store;
@@ -29,6 +31,8 @@ pub use manifest::{
 };
 pub use model::Model;
 pub use network::{Network, NetworkError};
+#[cfg(feature = "url")]
+pub use remote::{pull, push};
 pub use residual_model::{MOST_NETWORKS, Networks, ResidualModel, ResidualModelError};
 pub use signature::{Key, SIGNATURE, Signer};
 pub use store::{Listing, Store};

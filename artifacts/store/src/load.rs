@@ -85,6 +85,13 @@ pub(crate) fn manifest_bytes(dir: &Path, version: &str) -> Result<Vec<u8>, Artif
     bytes.map_err(|fault| fault.of(version))
 }
 
+/// The files that a manifest lists, which are those of a version.
+#[cfg(feature = "url")]
+pub(crate) fn listed(manifest: &[u8], version: &str) -> Result<BTreeSet<String>, ArtifactError> {
+    let listed = parse(manifest).and_then(|manifest| file_list(&manifest));
+    listed.map_err(|fault| fault.of(version))
+}
+
 fn parse(bytes: &[u8]) -> Result<Manifest, Fault> {
     let bad = |error: serde_json::Error| Fault::BadManifest(error.to_string());
     // First the schema alone: of another one, nothing else is known.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::{Artifact, ArtifactError, Key, Manifest, Signer, load, version};
 
-const VERSIONS: &str = "versions";
+pub(crate) const VERSIONS: &str = "versions";
 /// Names the version in use.
 pub(crate) const LATEST: &str = "latest";
 

@@ -12,6 +12,7 @@
 
 mod decode;
 mod error;
+pub mod part;
 mod path;
 pub mod read;
 pub mod write;

@@ -27,7 +27,7 @@ pub struct Global {
 /// Logs, their rig and a folder.
 #[derive(Args, Debug)]
 pub struct LogsArgs {
-    /// MCAP files, or folders that are searched for them with all below.
+    /// MCAP files, or folders or URLs (s3://, gs://, az://) that are searched for them with all below.
     #[arg(required = true, value_name = "LOGS")]
     pub logs: Vec<PathBuf>,
     /// The rig file; `carom rig init` writes one.

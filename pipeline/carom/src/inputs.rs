@@ -1,5 +1,6 @@
 //! What a run works on: its rig, its logs, its seed and whether it may add effects, kept in the run's folder so that later commands go on with them.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -8,6 +9,7 @@ use values::Rig;
 
 use crate::Error;
 use crate::args::LogsArgs;
+use crate::fetching::Fetch;
 
 /// Where a run keeps its inputs.
 const FILE: &str = "inputs.json";
@@ -17,7 +19,7 @@ const FILE: &str = "inputs.json";
 #[serde(deny_unknown_fields)]
 pub struct Inputs {
     pub rig: Rig,
-    /// Files and folders as they were named, with their whole paths: where new logs are looked for.
+    /// Files, folders and URLs as they were named, with their whole paths: where new logs are looked for.
     #[serde(default)]
     pub named: Vec<PathBuf>,
     /// Every log, with its whole path, in order.
@@ -32,37 +34,54 @@ pub struct Inputs {
 impl Inputs {
     /// Inputs as named on the command line.
     pub fn named(args: &LogsArgs) -> Result<Self, Error> {
-        Self::of(&args.logs, &args.rig, args.seed, args.without_effects)
+        Self::of(
+            &args.logs,
+            &args.rig,
+            args.seed,
+            args.without_effects,
+            &args.out,
+        )
     }
 
-    /// Inputs from files and folders of logs, and a rig file.
+    /// Inputs from files, folders and URLs of logs, and a rig file, of a run in the folder `out`.
     pub fn of(
         named: &[PathBuf],
         rig: &Path,
         seed: u64,
         without_effects: bool,
+        out: &Path,
     ) -> Result<Self, Error> {
-        let whole = |path: &PathBuf| {
-            fs::canonicalize(path).map_err(|error| Error::unreadable(path, &error))
+        let whole = |path: &PathBuf| match objects::is_url(path) {
+            true => Ok(path.clone()),
+            false => fs::canonicalize(path).map_err(|error| Error::unreadable(path, &error)),
+        };
+        let rig = load_rig(rig)?;
+        let fetch = Fetch {
+            rig: Some(&rig),
+            run: Some(out),
         };
         Ok(Self {
-            rig: load_rig(rig)?,
-            logs: find_logs(named)?,
+            logs: find_logs(named, &fetch)?,
             named: named.iter().map(whole).collect::<Result<_, _>>()?,
             seed,
             without_effects,
+            rig,
         })
     }
 
     /// These inputs, with the logs that lie now where they were named.
-    pub fn again(self) -> Result<Self, Error> {
+    pub fn again(self, out: &Path) -> Result<Self, Error> {
         let named = if self.named.is_empty() {
             &self.logs
         } else {
             &self.named
         };
+        let fetch = Fetch {
+            rig: Some(&self.rig),
+            run: Some(out),
+        };
         Ok(Self {
-            logs: find_logs(named)?,
+            logs: find_logs(named, &fetch)?,
             ..self
         })
     }
@@ -120,10 +139,23 @@ pub fn load_rig(path: &Path) -> Result<Rig, Error> {
 }
 
 /// Every log that the paths name: files as they are, folders searched for logs with all below (`*.mcap`, `*.db3`, either with `.zstd` behind it; rosbag2
-/// folders of several files are one log). Sorted, each once.
-pub fn find_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
+/// folders of several files are one log), copies of what URLs name. Sorted, each once.
+pub fn find_logs(paths: &[PathBuf], fetch: &Fetch<'_>) -> Result<Vec<PathBuf>, Error> {
     let mut logs = Vec::new();
     for path in paths {
+        let local = objects::path_of(path);
+        if let (None, true, Some(url)) = (&local, objects::is_url(path), path.to_str()) {
+            let mut folders: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
+            for copy in fetch.logs(url)? {
+                let folder = copy.parent().unwrap_or(&copy).into();
+                folders.entry(folder).or_default().push(copy);
+            }
+            for (folder, found) in folders {
+                join_split(&folder, found, &mut logs);
+            }
+            continue;
+        }
+        let path = local.as_ref().unwrap_or(path);
         let metadata = fs::metadata(path).map_err(|error| Error::unreadable(path, &error))?;
         if metadata.is_dir() {
             let before = logs.len();
@@ -159,7 +191,12 @@ fn search(folder: &Path, logs: &mut Vec<PathBuf>) -> Result<(), Error> {
             found.push(path);
         }
     }
-    // Files of a recording that was split are one log.
+    join_split(folder, found, logs);
+    Ok(())
+}
+
+/// Adds the logs of a folder; files of a recording that was split are one.
+fn join_split(folder: &Path, mut found: Vec<PathBuf>, logs: &mut Vec<PathBuf>) {
     match logs::bag_files(folder) {
         Some(files) if files.len() > 1 => {
             found.retain(|path| !files.contains(path));
@@ -168,12 +205,16 @@ fn search(folder: &Path, logs: &mut Vec<PathBuf>) -> Result<(), Error> {
         _ => {}
     }
     logs.append(&mut found);
-    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const FETCH: Fetch<'_> = Fetch {
+        rig: None,
+        run: None,
+    };
 
     #[test]
     fn folders_are_searched_with_all_below_and_each_log_is_named_once() {
@@ -183,7 +224,8 @@ mod tests {
         for file in ["b/c/2.mcap", "1.MCAP", "notes.txt"] {
             fs::write(dir.path().join(file), "").expect("file");
         }
-        let logs = find_logs(&[dir.path().into(), dir.path().join("1.MCAP")]).expect("found");
+        let logs =
+            find_logs(&[dir.path().into(), dir.path().join("1.MCAP")], &FETCH).expect("found");
         let names: Vec<_> = logs.iter().filter_map(|path| path.file_name()).collect();
         assert_eq!(names, ["1.MCAP", "2.mcap"]);
     }
@@ -201,7 +243,7 @@ mod tests {
             }
             fs::write(folder.join("metadata.yaml"), text).expect("metadata");
         }
-        let logs = find_logs(&[dir.path().into()]).expect("found");
+        let logs = find_logs(&[dir.path().into()], &FETCH).expect("found");
         let names: Vec<_> = logs.iter().filter_map(|path| path.file_name()).collect();
         assert_eq!(names, ["split", "0.mcap"]);
     }
@@ -210,7 +252,7 @@ mod tests {
     fn a_folder_without_logs_and_a_path_that_is_not_there_are_bad_input() {
         let dir = tempfile::tempdir().expect("folder");
         for path in [dir.path().into(), dir.path().join("none.mcap")] {
-            let error = find_logs(std::slice::from_ref(&path)).expect_err("nothing there");
+            let error = find_logs(std::slice::from_ref(&path), &FETCH).expect_err("nothing there");
             assert!(matches!(error, Error::Input(_)), "{error}");
             assert!(error.to_string().contains(&path.display().to_string()));
         }

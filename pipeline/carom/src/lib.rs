@@ -9,6 +9,7 @@ mod commands;
 mod dataset;
 mod difference;
 mod error;
+mod fetching;
 mod first_version;
 mod growth;
 mod inputs;

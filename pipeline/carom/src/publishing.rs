@@ -1,7 +1,6 @@
 //! The last step: what was computed becomes a version.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use ingest::LogFile;
 use judge::Evaluation;
@@ -14,6 +13,7 @@ use train::Learned;
 use values::{Split, StopErrors, Strike};
 
 use crate::Error;
+use crate::fetching::object_error;
 use crate::inputs::Inputs;
 use crate::results::{Results, WorldResults, Worlds};
 use crate::varying::varies;
@@ -138,6 +138,7 @@ pub const SPLIT_SEED: &str = "split";
 pub fn store_error(error: ArtifactError) -> Error {
     match error {
         ArtifactError::Busy { .. } => Error::Busy(error.into()),
+        ArtifactError::Object(error) => object_error(error),
         ArtifactError::Io(_) => Error::failed(error),
         error => Error::input(error),
     }
@@ -160,7 +161,8 @@ fn metrics(evaluation: &Evaluation, worlds: &Worlds) -> BTreeMap<Model, StopErro
 /// The logs of a run, as a manifest names them.
 pub fn input_files(logs: &[LogFile]) -> Result<Vec<InputFile>, Error> {
     let file = |log: &LogFile| {
-        let size = size(&log.path)?;
+        let size = logs::part::size(&log.path);
+        let size = size.map_err(|error| Error::unreadable(&log.path, &error))?;
         Ok(InputFile {
             name: log.name.clone(),
             sha256: log.sha256.clone(),
@@ -170,10 +172,4 @@ pub fn input_files(logs: &[LogFile]) -> Result<Vec<InputFile>, Error> {
     let mut files = logs.iter().map(file).collect::<Result<Vec<_>, Error>>()?;
     files.sort();
     Ok(files)
-}
-
-fn size(path: &Path) -> Result<u64, Error> {
-    std::fs::metadata(path)
-        .map(|metadata| metadata.len())
-        .map_err(|error| Error::unreadable(path, &error))
 }

@@ -13,12 +13,13 @@ use crate::error::{Outcome, Output};
 use crate::inputs::Inputs;
 use crate::pipeline::{Step, pipeline};
 use crate::results::Worlds;
-use crate::{Error, outputs, publishing, report, summary, tracking};
+use crate::{Error, fetching, outputs, publishing, report, summary, tracking};
 
 /// A run in a folder, alone; the programs below the stages are part of every key.
 pub fn open(dir: &Path, global: Global) -> Result<Run, Error> {
     let run = Run::open(dir, options(global))?;
     tracking::sweep(dir)?;
+    fetching::sweep(dir)?;
     Ok(run)
 }
 

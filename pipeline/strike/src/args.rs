@@ -51,7 +51,8 @@ fn seconds(text: &str) -> Result<f64, String> {
 #[derive(Debug, Parser)]
 #[command(name = "strike", disable_version_flag = true, after_help = EXAMPLES)]
 pub struct Args {
-    /// Folder of a run, or a copy of its `versions/` and `latest`
+    /// Folder of a run, or a copy of its `versions/` and `latest`; or a URL (s3://, gs://, az://), of which a verified copy is kept here and used
+    /// where the store cannot be reached
     #[arg(long, value_name = "DIR")]
     pub artifacts: PathBuf,
     /// Version to use in place of the latest; alone, without a value, it prints the version of this program

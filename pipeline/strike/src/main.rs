@@ -20,8 +20,9 @@ fn main() -> ExitCode {
         return said.map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
     }
     let args = strike::Args::parse();
-    cli::run(&args).unwrap_or_else(|failure| {
-        if args.json {
+    let is_json = args.json;
+    cli::run(args).unwrap_or_else(|failure| {
+        if is_json {
             let _ = writeln!(std::io::stdout(), "{}", failure.to_json());
         }
         strike::tell(&format!("strike: {failure}"));

@@ -3,4 +3,6 @@
 mod damage;
 mod fixture;
 mod publishing;
+#[cfg(feature = "url")]
+mod remote;
 mod versions;

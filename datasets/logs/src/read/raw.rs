@@ -271,7 +271,10 @@ impl<'a, T: Take> Reading<'a, T> {
     /// Reads a file; its SHA-256.
     fn file(&mut self, path: &Path) -> Result<String, T::Error> {
         match bag::open(path)? {
-            Opened::Mcap(file) => self.mcap(file),
+            Opened::Mcap(file) => {
+                let sha256 = self.mcap(file)?;
+                Ok(crate::part::origin(path).unwrap_or(sha256))
+            }
             Opened::Sqlite(file) => {
                 self.sqlite(&file)?;
                 Ok(bag::hash_file(path)?)

@@ -5,4 +5,5 @@
 mod common;
 mod damage;
 mod formats;
+mod part;
 mod rosbag2;

@@ -2,16 +2,20 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Subcommand;
+use objects::Place;
 use serde_json::{Value, json};
-use store::{Key, Manifest, Store};
+use store::{Artifact, ArtifactError, Key, Manifest, Signer, Store};
 
+use crate::Error;
 use crate::args::{SignArgs, StoreArgs, VersionArgs, examples};
 use crate::difference::difference;
 use crate::error::{Output, to_json};
+use crate::fetching::object_error;
 use crate::publishing::store_error;
-use crate::{Error, signing};
+use crate::signing::{self, SecretSigner};
 
 /// `carom artifacts`.
 #[derive(Debug, Subcommand)]
@@ -74,6 +78,27 @@ pub enum ArtifactsCommand {
         #[command(flatten)]
         sign: SignArgs,
     },
+    /// Publish a version into a store by URL, and make it the one in use there, if nobody else did meanwhile.
+    #[command(after_help = examples(&[
+        "carom artifacts push s3://bucket/table-3 --artifacts artifacts/demo",
+        "carom artifacts push s3://bucket/table-3 --over v0007 --key carom.key",
+    ]))]
+    Push {
+        /// s3://BUCKET/PREFIX, gs://BUCKET/PREFIX, az://CONTAINER/PREFIX or file:///PATH; credentials are taken from the environment.
+        url: String,
+        /// Version to publish, which is given the next number there [default: the latest].
+        #[arg(long, value_name = "VERSION")]
+        version: Option<String>,
+        /// Only if this version is the one in use there [default: whichever is when this begins].
+        #[arg(long, value_name = "VERSION")]
+        over: Option<String>,
+        /// Folder of a run.
+        #[arg(long, value_name = "DIR", default_value = "artifacts/demo")]
+        artifacts: PathBuf,
+        /// Who signs.
+        #[command(flatten)]
+        sign: SignArgs,
+    },
 }
 
 /// Does what was asked.
@@ -100,7 +125,38 @@ pub fn run(command: &ArtifactsCommand) -> Result<Output, Error> {
             let store = signing::store(artifacts, sign.key.as_deref())?;
             rollback(&store, version.as_deref())
         }
+        ArtifactsCommand::Push {
+            url,
+            version,
+            over,
+            artifacts,
+            sign,
+        } => {
+            let artifact = Store::open(artifacts).load(version.as_deref());
+            let signer = sign.key.as_deref().map(SecretSigner::load).transpose()?;
+            push(artifact.map_err(store_error)?, url, over.as_deref(), signer)
+        }
     }
+}
+
+/// A version into a store by URL.
+fn push(
+    artifact: Artifact,
+    url: &str,
+    over: Option<&str>,
+    signer: Option<SecretSigner>,
+) -> Result<Output, Error> {
+    let place = Place::open(url).map_err(object_error)?;
+    let from = artifact.version.clone();
+    let signer = signer.map(|signer| Arc::new(signer) as Arc<dyn Signer>);
+    let pushed = store::push(&artifact.into(), &place, over, signer).map_err(|error| match error {
+        ArtifactError::Overtaken { .. } => Error::Refused(error.to_string()),
+        error => store_error(error),
+    });
+    let version = pushed?;
+    let text = format!("{from} is {version} in {}, and in use there\n", place.url());
+    let json = json!({ "from": from, "version": version, "url": place.url() });
+    Ok(Output::done(json, text))
 }
 
 /// The world of a version as MJCF, for MuJoCo's viewer.

@@ -7,6 +7,7 @@ use serde_json::json;
 
 use crate::args::Global;
 use crate::error::{Outcome, Output};
+use crate::fetching::Fetch;
 use crate::inputs::{find_logs, load_rig};
 use crate::steps::open;
 use crate::{Error, reading, summary};
@@ -25,7 +26,13 @@ pub struct CheckArgs {
 /// Reads the logs and says what is wrong or doubtful.
 pub fn run(args: &CheckArgs, global: Global) -> Result<Output, Error> {
     let rig = load_rig(&args.rig)?;
-    let logs = find_logs(&args.logs)?;
+    let logs = find_logs(
+        &args.logs,
+        &Fetch {
+            rig: Some(&rig),
+            run: None,
+        },
+    )?;
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;
     let read = reading::read(&run, &rig, &logs, 0)?;

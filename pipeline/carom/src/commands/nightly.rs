@@ -208,8 +208,8 @@ fn track(server: &Server, dir: &Path, night: &Night, log: &Log<'_>) -> Option<(V
 fn begin(args: &NightlyArgs, global: Global, log: &Log<'_>) -> Result<(Run, Store, Inputs), Error> {
     let dir = &args.out;
     let inputs = match &args.rig {
-        Some(rig) => Inputs::of(&args.logs, rig, args.seed, args.without_effects)?,
-        None => Inputs::kept(dir)?.again()?,
+        Some(rig) => Inputs::of(&args.logs, rig, args.seed, args.without_effects, dir)?,
+        None => Inputs::kept(dir)?.again(dir)?,
     };
     let store = signing::store(dir, args.sign.key.as_deref())?;
     let run = open(dir, global)?;

@@ -12,6 +12,7 @@ use values::{StopErrors, Strike};
 
 use crate::args::Global;
 use crate::error::{Outcome, Output, to_json};
+use crate::fetching::Fetch;
 use crate::inputs::find_logs;
 use crate::outputs::write_json;
 use crate::publishing::store_error;
@@ -74,7 +75,13 @@ pub fn run(args: &ScoreArgs, global: Global) -> Result<Output, Error> {
     let artifact = Store::open(dir)
         .load(args.version.as_deref())
         .map_err(store_error)?;
-    let logs = find_logs(&args.logs)?;
+    let logs = find_logs(
+        &args.logs,
+        &Fetch {
+            rig: Some(&artifact.rig),
+            run: None,
+        },
+    )?;
     // The artifact may be a robot's copy: nothing but the score is left there.
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;

@@ -9,6 +9,7 @@ use track::{TrackError, TrackOutcome, track_log};
 
 use crate::Error;
 use crate::error::{Outcome, Output};
+use crate::fetching::Fetch;
 use crate::inputs::{find_logs, load_rig};
 use crate::naming::names;
 
@@ -32,7 +33,13 @@ pub struct TrackArgs {
 /// Tracks each log by itself; one that cannot be is left out.
 pub fn run(args: &TrackArgs) -> Result<Output, Error> {
     let rig = load_rig(&args.rig)?;
-    let logs = find_logs(&args.logs)?;
+    let logs = find_logs(
+        &args.logs,
+        &Fetch {
+            rig: None,
+            run: None,
+        },
+    )?;
     if let (Some(_), [_, _, ..]) = (&args.view, &logs[..]) {
         let why = "view several logs in one: name one log with --view";
         return Err(Error::input(why));

@@ -8,12 +8,13 @@ use serde::{Deserialize, Serialize};
 use values::{Interval, Rig, Strike};
 
 use crate::Error;
+use crate::fetching::Fetch;
 use crate::inputs::{find_logs, load_rig};
 
 /// `NAME.toml`; paths are relative to its folder.
 ///
 /// ```toml
-/// logs = ["../../runs/june", "../../runs/july_*.mcap", "one.mcap"]   # folders, globs, files
+/// logs = ["../../runs/june", "../../runs/july_*.mcap", "s3://bucket/august"]   # folders, globs, files, URLs
 /// rig = "rig.toml"
 /// seed = 0                    # deals strikes into learning and judging
 ///
@@ -93,17 +94,27 @@ impl Recipe {
 
     /// Every log that it names, and those in `elsewhere` (files, folders).
     pub fn find_logs(&self, elsewhere: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
-        find_logs(&self.named(elsewhere)?)
+        let paths = self.named(elsewhere)?;
+        let is_remote = paths.iter().any(|path| objects::is_url(path));
+        let rig = is_remote.then(|| self.rig()).transpose()?;
+        let fetch = Fetch {
+            rig: rig.as_ref(),
+            run: None,
+        };
+        find_logs(&paths, &fetch)
     }
 
-    /// The files and folders that it names, and `elsewhere`.
+    /// The files, folders and URLs that it names, and `elsewhere`.
     pub fn named(&self, elsewhere: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
         let mut paths = elsewhere.to_vec();
         for name in &self.logs {
-            let path = self.folder.join(name);
+            let path = match objects::is_url(Path::new(name)) {
+                true => PathBuf::from(name),
+                false => self.folder.join(name),
+            };
             if !name.contains(['*', '?', '[']) {
                 // On another machine the logs may lie elsewhere alone.
-                if path.exists() || elsewhere.is_empty() {
+                if path.exists() || elsewhere.is_empty() || objects::is_url(&path) {
                     paths.push(path);
                 }
                 continue;

@@ -1,6 +1,8 @@
 //! The command line: arguments become one plan, one strike and one answer.
 
 mod adapt;
+#[cfg(feature = "url")]
+mod copy;
 mod failure;
 mod load;
 mod show;
@@ -24,7 +26,7 @@ const REJECTED: u8 = 3;
 
 /// Runs the command. The artifact is verified whole before anything else, and no robot is opened before a plan has
 /// passed every limit.
-pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+pub fn run(args: Args) -> Result<ExitCode, Failure> {
     if args.log.is_some() && args.robot == Choice::DryRun {
         return Err(Failure::usage(
             "--log goes with a robot that strikes, and dry-run moves nothing: add --robot sim, or take --log away",
@@ -41,6 +43,18 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             "say where the object lies before an arm strikes: --from X Y, or --watch ws://HOST:PORT, whose camera sees it",
         ));
     }
+    #[cfg(not(feature = "url"))]
+    if args.artifacts.to_string_lossy().contains("://") {
+        return Err(Failure::usage(
+            "this strike was built without object stores: copy `versions/` and `latest` here and name their folder, or build it with `--features url`",
+        ));
+    }
+    #[cfg(feature = "url")]
+    let args = Args {
+        artifacts: copy::local(&args)?,
+        ..args
+    };
+    let args = &args;
     let (artifact, rig) = load(args)?;
     let model = args
         .model

@@ -37,15 +37,18 @@ fn what_is_shipped_has_no_embedded_rig_and_no_renderer() {
 
 #[test]
 fn no_tables_and_no_learning_are_linked() {
-    let names = packages(&[]);
+    let (names, plain) = (packages(&[]), packages(&["--no-default-features"]));
     assert!(
         names.iter().all(|name| name != "minisign"),
         "it checks signatures and makes none"
     );
-    for absent in [
-        "polars", "arrow", "parquet", "burn", "tokio", "rustls", "openssl", "rusqlite",
-    ] {
-        let is_it = |name: &&String| **name == absent || name.starts_with(&format!("{absent}-"));
-        assert_eq!(names.iter().find(is_it), None);
+    let is_it =
+        |name: &&String, absent: &str| **name == absent || name.starts_with(&format!("{absent}-"));
+    for absent in ["polars", "arrow", "parquet", "burn", "openssl", "rusqlite"] {
+        assert_eq!(names.iter().find(|name| is_it(name, absent)), None);
+    }
+    // Object stores alone need them (feature `url`).
+    for absent in ["tokio", "rustls", "ureq", "object_store"] {
+        assert_eq!(plain.iter().find(|name| is_it(name, absent)), None);
     }
 }

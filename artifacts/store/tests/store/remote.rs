@@ -1,0 +1,139 @@
+//! Stores by URL, in memory.
+
+use std::sync::{Arc, Barrier};
+use std::thread;
+
+use objects::Place;
+use store::*;
+
+use crate::fixture::{contents, names};
+
+fn fresh() -> (tempfile::TempDir, Store) {
+    let dir = tempfile::tempdir().expect("folder");
+    let store = Store::open(dir.path());
+    (dir, store)
+}
+
+#[test]
+fn what_is_pushed_is_pulled_and_a_copy_is_used_where_the_store_fails() {
+    let place = Place::in_memory();
+    assert_eq!(
+        push(&contents(0.2), &place, None, None).expect("pushes"),
+        "v0001"
+    );
+    assert_eq!(
+        push(&contents(0.2), &place, None, None).expect("is there"),
+        "v0001"
+    );
+    assert_eq!(
+        push(&contents(0.3), &place, Some("v0001"), None).expect("pushes"),
+        "v0002"
+    );
+    let error = push(&contents(0.4), &place, Some("v0001"), None).expect_err("overtaken");
+    assert!(error.to_string().contains("v0002 is in use now"), "{error}");
+
+    let (dir, copy) = fresh();
+    assert_eq!(pull(&place, &copy, None).expect("pulls"), None);
+    let loaded: Contents = copy.load(None).expect("whole").into();
+    assert_eq!(loaded, contents(0.3));
+    assert_eq!(
+        names(&dir.path().join("versions")),
+        [".lock", "v0002"].map(String::from).into()
+    );
+    assert_eq!(pull(&place, &copy, Some("v0001")).expect("pulls"), None);
+    assert_eq!(copy.latest().expect("stays"), "v0002");
+
+    // Half a version there, which `latest` should never name: what was copied before stays in use.
+    assert!(
+        place
+            .swap(
+                "latest",
+                b"v0003\n",
+                place.get("latest").expect("there").1.as_deref()
+            )
+            .expect("swaps")
+    );
+    assert!(
+        place
+            .create("versions/v0003/manifest.json", b"{\"schema\": 2}")
+            .expect("creates")
+    );
+    let said = pull(&place, &copy, None)
+        .expect("falls back")
+        .expect("says so");
+    assert!(said.contains("v0002 is used"), "{said}");
+    assert_eq!(copy.load(None).expect("whole").version, "v0002");
+    let (_none, nothing) = fresh();
+    pull(&place, &nothing, None).expect_err("no copy, and half a version");
+    assert!(nothing.latest().is_err());
+    // Publishing anew mends it.
+    assert_eq!(
+        push(&contents(0.5), &place, None, None).expect("pushes"),
+        "v0004"
+    );
+    assert_eq!(pull(&place, &nothing, None).expect("pulls"), None);
+}
+
+#[test]
+fn what_a_stopped_publisher_left_is_passed_over() {
+    let place = Place::in_memory();
+    push(&contents(0.2), &place, None, None).expect("pushes");
+    assert!(
+        place
+            .create("versions/v0002/rig.toml", b"begun")
+            .expect("creates")
+    );
+    assert_eq!(
+        push(&contents(0.3), &place, None, None).expect("pushes"),
+        "v0003"
+    );
+    let (_dir, copy) = fresh();
+    pull(&place, &copy, None).expect("pulls");
+    assert_eq!(copy.latest().expect("named"), "v0003");
+}
+
+#[test]
+fn a_path_in_a_manifest_leads_nowhere() {
+    let place = Place::in_memory();
+    place.create("latest", b"../../etc\n").expect("creates");
+    let (_dir, copy) = fresh();
+    assert!(matches!(
+        pull(&place, &copy, None),
+        Err(ArtifactError::BadLatest { .. })
+    ));
+}
+
+#[test]
+fn of_six_publishers_at_once_one_wins_and_the_others_are_told() {
+    for race in 0..10 {
+        let place = Place::in_memory();
+        push(&contents(0.1), &place, None, None).expect("begins");
+        let start = Arc::new(Barrier::new(6));
+        let racers = (0..6).map(|number| {
+            let (place, start) = (place.clone(), Arc::clone(&start));
+            thread::spawn(move || {
+                let contents = contents(0.2 + 0.01 * f64::from(number));
+                start.wait();
+                (push(&contents, &place, Some("v0001"), None), contents)
+            })
+        });
+        let racers: Vec<_> = racers.collect();
+        let results: Vec<_> = racers
+            .into_iter()
+            .map(|racer| racer.join().expect("ends"))
+            .collect();
+        let won: Vec<_> = results
+            .iter()
+            .filter(|(result, _)| result.is_ok())
+            .collect();
+        assert_eq!(won.len(), 1, "race {race}");
+        for (result, _) in &results {
+            let is_clear = matches!(result, Ok(_) | Err(ArtifactError::Overtaken { .. }));
+            assert!(is_clear, "race {race}: {result:?}");
+        }
+        let (_dir, copy) = fresh();
+        pull(&place, &copy, None).expect("pulls");
+        let used: Contents = copy.load(None).expect("whole").into();
+        assert_eq!(used, won[0].1);
+    }
+}

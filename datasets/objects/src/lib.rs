@@ -1,0 +1,11 @@
+//! Objects by URL: `s3://`, `gs://`, `az://` and `file://`, read by ranges, listed, and written on conditions.
+//!
+//! Credentials come from the environment as each store's own tools name them (`AWS_…`, `GOOGLE_…`, `AZURE_…`), and are in no text that this
+//! crate gives. Requests are made one after another on the thread that asks, and repeated where a store is busy or a connection breaks.
+
+mod error;
+mod http;
+mod place;
+
+pub use error::ObjectError;
+pub use place::{Object, Place, is_url, path_of};

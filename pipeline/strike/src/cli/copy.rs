@@ -1,0 +1,45 @@
+//! Artifacts by URL: a copy on this computer, which strikes when the store cannot be reached.
+
+use std::env;
+use std::path::PathBuf;
+
+use objects::{ObjectError, Place};
+use store::{ArtifactError, Store};
+use strike::{Args, tell};
+
+use super::Failure;
+
+/// The folder of a copy that is as new as it can be had; a path is that folder itself. What could not be had is told.
+pub fn local(args: &Args) -> Result<PathBuf, Failure> {
+    let given = &args.artifacts;
+    if let Some(path) = objects::path_of(given) {
+        return Ok(path);
+    }
+    let Some(url) = given.to_str().filter(|_| objects::is_url(given)) else {
+        return Ok(given.clone());
+    };
+    let place = Place::open(url).map_err(Failure::input)?;
+    let folder = place.below(&own_folder()?);
+    let offline = store::pull(&place, &Store::open(&folder), args.version.as_deref());
+    let offline = offline.map_err(|error| match error {
+        ArtifactError::Busy { .. } => Failure::Busy(error.to_string()),
+        ArtifactError::Object(ObjectError::Store { .. }) => Failure::failed(error),
+        error => Failure::input(error),
+    });
+    if let Some(why) = offline? {
+        tell(&format!("strike: {why}"));
+    }
+    Ok(folder)
+}
+
+/// What this user's programs keep: a copy is needed when nothing else is there.
+fn own_folder() -> Result<PathBuf, Failure> {
+    let set = |name| {
+        env::var_os(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
+    };
+    let data = set("XDG_DATA_HOME").or_else(|| Some(set("HOME")?.join(".local/share")));
+    let data = data.ok_or_else(|| Failure::input("find a folder for the copy of the artifact: neither XDG_DATA_HOME nor HOME is set; set one"))?;
+    Ok(data.join("carom/artifacts"))
+}
