@@ -31,7 +31,7 @@ const ALWAYS: f64 = 0.8;
 /// What has always had it reaches so many px farther: an edge is blurred, and a camera trembles.
 const REACH: usize = 3;
 /// A table that has more of the object's colour than this cannot be told from it.
-const MOST_OWN: f32 = 0.6;
+const MOST_OWN: f32 = 0.79;
 impl Background {
     /// The background of some images of one size, in their order; none where they are too few. Where the camera was pushed between them,
     /// it is that of those that see it from one place.
@@ -141,16 +141,17 @@ impl Background {
         &self,
         map: &mut Map,
         contrast: &Contrast,
-        light: &[f32; 256],
+        codes: &[f32; 256],
         alignment: &Alignment,
     ) {
         let part = map.part;
         let [x, y] = alignment.shift;
+        let gain = alignment.light.powf(1.0 / 2.2);
         for (at, value) in map.values.iter_mut().enumerate() {
             let column = (part.left + at % part.width) as f64 - x;
             let row = (part.top + at / part.width) as f64 - y;
             if let Some(rgb) = self.pixel(column, row) {
-                let own = contrast.of(rgb.map(|byte| alignment.light * light[usize::from(byte)]));
+                let own = contrast.of(rgb.map(|byte| gain * codes[usize::from(byte)]));
                 if own.abs() < MOST_OWN {
                     *value = (*value - own) / (1.0 - own);
                 }

@@ -37,7 +37,7 @@ const DEVIATION: f64 = 1.4826;
 const PARTS: usize = 9;
 const LEFT_OUT: usize = 3;
 /// Neighbouring rays see the same pixels: so many say what one would say alone.
-const ALIKE: f64 = 2.0;
+const ALIKE: f64 = 2.5;
 
 impl Change {
     /// The change that lies best on the edges; none where they are too few.

@@ -65,7 +65,12 @@ impl Range {
     }
 }
 
-/// sRGB's curve (IEC 61966-2-1) undone: from a byte to light, 0 to 1. Light adds up at an edge; bytes do not.
+/// A byte as a number, 0 to 1. Cameras and JPEG average the colour of neighbouring pixels as bytes (4:2:0): of these, the area under an edge is kept.
+pub(crate) fn codes_of_bytes() -> [f32; 256] {
+    std::array::from_fn(|byte| byte as f32 / 255.0)
+}
+
+/// sRGB's curve (IEC 61966-2-1) undone: from a byte to light, 0 to 1. Light adds up; bytes do not.
 pub(crate) fn light_of_bytes() -> [f32; 256] {
     std::array::from_fn(|byte| {
         let value = byte as f64 / 255.0;
@@ -78,7 +83,7 @@ pub(crate) fn light_of_bytes() -> [f32; 256] {
     })
 }
 
-/// How far a pixel is object (1) and not table (0): a linear function of its light.
+/// How far a pixel is object (1) and not table (0): a linear function of its light, or of its bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contrast {
     weights: [f32; 3],

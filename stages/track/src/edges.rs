@@ -67,11 +67,11 @@ const STEP: f64 = 0.5;
 /// A side at least this wide (px) shows how bright it is.
 pub(crate) const WIDE_BAND: f64 = 2.5;
 /// Least difference of the levels inside and outside, of 1, for an edge to be one.
-const LEAST_STEP: f32 = 0.35;
+const LEAST_STEP: f32 = 0.62;
 
 /// The object's light along a ray, of its middle's, is less than this: else the edge of a hard shadow runs between, and the profile's area
 /// shows of that edge.
-const MOST_VALUE: f32 = 2.5;
+const MOST_VALUE: f32 = 1.52;
 
 /// The least difference of a ray's own two colours, of the brighter one's light and of 1, and how far samples of an edge between them
 /// may lie beyond either, of that difference: what is more is no edge alone.
@@ -162,27 +162,30 @@ fn own_contrast<'a>(
     ray: &'a Ray,
     [window, level]: [f64; 2],
 ) -> Option<impl Fn(f64) -> Option<f32> + 'a> {
-    let light = move |t: f64| table.light_at([0, 1].map(|i| ray.at[i] + t * ray.normal[i]));
-    let mean = |from: f64, to: f64| -> Option<[f32; 3]> {
-        let (a, b, c) = (light(from)?, light(0.5 * (from + to))?, light(to)?);
+    let at = move |t: f64| [0, 1].map(|i| ray.at[i] + t * ray.normal[i]);
+    type Seen = Option<[f32; 3]>;
+    let mean = |of: &dyn Fn(f64) -> Seen, [from, to]: [f64; 2]| -> Seen {
+        let (a, b, c) = (of(from)?, of(0.5 * (from + to))?, of(to)?);
         Some([0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0))
     };
     let from = -(ray.band + window);
-    let (inner, outer) = (mean(from, from + level)?, mean(window - level, window)?);
+    let ends = [[from, from + level], [window - level, window]];
     let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let off = [0, 1, 2].map(|i| inner[i] - outer[i]);
-    let square = dot(off, off);
+    let less = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|i| a[i] - b[i]);
+    let light = |t: f64| table.light_at(at(t));
+    let [inner, outer] = [mean(&light, ends[0])?, mean(&light, ends[1])?];
+    let off = less(inner, outer);
     let bright = dot(inner, inner).max(dot(outer, outer)).sqrt();
-    let is_apart = square.sqrt() > LEAST_OWN.max(LEAST_OWN_SHARE * bright);
-    let is_table_outside = [window - level, window]
-        .iter()
-        .all(|t| table.is_at([0, 1].map(|i| ray.at[i] + t * ray.normal[i])));
-    (is_apart && is_table_outside).then_some({
-        move |t: f64| {
-            let at = light(t)?;
-            Some(dot([0, 1, 2].map(|i| at[i] - outer[i]), off) / square)
-        }
-    })
+    let is_apart = dot(off, off).sqrt() > LEAST_OWN.max(LEAST_OWN_SHARE * bright);
+    let is_table_outside = ends[1].iter().all(|t| table.is_at(at(*t)));
+    if !(is_apart && is_table_outside) {
+        return None;
+    }
+    let codes = move |t: f64| table.codes_at(at(t));
+    let [inner, outer] = [mean(&codes, ends[0])?, mean(&codes, ends[1])?];
+    let off = less(inner, outer);
+    let square = dot(off, off);
+    Some(move |t: f64| Some(dot(less(codes(t)?, outer), off) / square))
 }
 
 /// What the contrast does along one ray.
@@ -252,8 +255,8 @@ impl Profile {
     /// colour does. None where too little is left.
     fn begin_behind_print(&mut self, step: f64) -> Option<()> {
         /// How much stronger, and which share of the strongest is that colour.
-        const STRONGER: f32 = 1.2;
-        const SAME: f32 = 0.85;
+        const STRONGER: f32 = 1.09;
+        const SAME: f32 = 0.93;
         let three = |k: usize| (self.values[k - 1] + self.values[k] + self.values[k + 1]) / 3.0;
         let last = self.values.len().checked_sub(2)?;
         let most = (1..=last).map(three).fold(0.0, f32::max);

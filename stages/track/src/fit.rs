@@ -20,6 +20,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) solid: &'a Solid,
     pub(crate) range: &'a Range,
     pub(crate) light: &'a [f32; 256],
+    /// What edges are sought in.
+    pub(crate) codes: &'a [f32; 256],
     /// How far a point of the object moves within an exposure at the most, in m.
     pub(crate) blur: f64,
     /// By how many px edges are taken to be blurred to both sides at the least.
@@ -319,9 +321,14 @@ fn colours_around<'a>(
     if object.len().min(table.len()) < FEWEST_PIXELS {
         return Err(NoFit::NoContrast);
     }
+    let contrast = Contrast::between(
+        median(scene.codes, &mut object),
+        median(scene.codes, &mut table),
+        image.grey,
+    );
     let object = median(scene.light, &mut object);
     let table = median(scene.light, &mut table);
-    let contrast = Contrast::between(object, table, image.grey).ok_or(NoFit::NoContrast)?;
+    let contrast = contrast.ok_or(NoFit::NoContrast)?;
     let [low, high] = outline.bounds();
     let around = window + FIRST + 2.0;
     let bounds = [low.map(|low| low - around), high.map(|high| high + around)];
@@ -331,15 +338,16 @@ fn colours_around<'a>(
     }
     let background = scene.learned.background.as_ref();
     let bright = BRIGHT * scene.light[usize::from(GLARE)];
-    let mut map = contrast.map(image, scene.light, part);
+    let mut map = contrast.map(image, scene.codes, part);
     if let Some(background) = background {
-        background.take_from(&mut map, &contrast, scene.light, &scene.alignment);
+        background.take_from(&mut map, &contrast, scene.codes, &scene.alignment);
     }
     Ok(Colours {
         map,
         table: Table {
             image,
             light: scene.light,
+            codes: scene.codes,
             median: table,
             background: background.map(|known| (known, scene.alignment)),
         },

@@ -8,6 +8,7 @@ use crate::background::Background;
 pub(crate) struct Table<'a> {
     pub(crate) image: &'a Image,
     pub(crate) light: &'a [f32; 256],
+    pub(crate) codes: &'a [f32; 256],
     pub(crate) median: [f32; 3],
     /// The table without the object, and how it lies in this image.
     pub(crate) background: Option<(&'a Background, Alignment)>,
@@ -26,7 +27,16 @@ const NOISE: f32 = 0.012;
 
 impl Table<'_> {
     /// Light between pixels, bilinear; none outside.
-    pub(crate) fn light_at(&self, [x, y]: [f64; 2]) -> Option<[f32; 3]> {
+    pub(crate) fn light_at(&self, at: [f64; 2]) -> Option<[f32; 3]> {
+        self.between(self.light, at)
+    }
+
+    /// Bytes between pixels, as edges are sought in; none outside.
+    pub(crate) fn codes_at(&self, at: [f64; 2]) -> Option<[f32; 3]> {
+        self.between(self.codes, at)
+    }
+
+    fn between(&self, values: &[f32; 256], [x, y]: [f64; 2]) -> Option<[f32; 3]> {
         let Image { width, height, .. } = *self.image;
         if x < 0.0 || y < 0.0 {
             return None;
@@ -39,9 +49,9 @@ impl Table<'_> {
         let at = |dx, dy| self.image.pixel(column + dx, row + dy);
         let (p, q, r, s) = (at(0, 0), at(1, 0), at(0, 1), at(1, 1));
         Some([0, 1, 2].map(|i| {
-            let light = |rgb: [u8; 3]| self.light[usize::from(rgb[i])];
-            let upper = light(p) * (1.0 - a) + light(q) * a;
-            let lower = light(r) * (1.0 - a) + light(s) * a;
+            let value = |rgb: [u8; 3]| values[usize::from(rgb[i])];
+            let upper = value(p) * (1.0 - a) + value(q) * a;
+            let lower = value(r) * (1.0 - a) + value(s) * a;
             upper * (1.0 - b) + lower * b
         }))
     }

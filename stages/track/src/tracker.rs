@@ -7,7 +7,7 @@ use values::{Interval, Point, Rig};
 use crate::aligned::Aligned;
 use crate::background::{Background, Pilot};
 use crate::change::{BandSums, PatternSums};
-use crate::colour::{Range, light_of_bytes};
+use crate::colour::{Range, codes_of_bytes, light_of_bytes};
 use crate::detect::{Blob, blobs};
 use crate::edges::SideSums;
 use crate::fit::{Fit, NoFit, Scene, fit, nearby};
@@ -70,6 +70,7 @@ pub struct Tracker {
     marker: Option<ObjectMarker>,
     table: [Interval; 2],
     light: [f32; 256],
+    codes: [f32; 256],
     /// How far the object moves within an exposure at the most, in m.
     blur: f64,
     /// By how many px edges are taken to be blurred at the least.
@@ -116,6 +117,7 @@ impl Tracker {
             marker,
             table: [rig.table.x, rig.table.y],
             light: light_of_bytes(),
+            codes: codes_of_bytes(),
             blur: camera.exposure.unwrap_or(0.0) * rig.robot.speed.high * FASTEST,
             least_blur: 0.0,
             camera,
@@ -234,6 +236,7 @@ impl Tracker {
                 solid: &self.solid,
                 range,
                 light: &self.light,
+                codes: &self.codes,
                 blur: self.blur,
                 least_blur: self.least_blur,
                 learned,

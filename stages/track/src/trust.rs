@@ -92,13 +92,13 @@ const SIZE: f64 = 1.2;
 /// Where a part is hidden, an outline that lies elsewhere is one of another size.
 const SIZE_IN_PART: f64 = 0.4;
 /// The inside's contrast lies within this range of its middle's: what is outside has another colour or is too dark.
-const INSIDE: std::ops::Range<f32> = 0.35..2.5;
+const INSIDE: std::ops::Range<f32> = 0.62..1.52;
 /// A pixel with less than this share of the object's light is dark.
 const DARK: f32 = 0.25;
 
 /// A coordinate that is not known to this (standard deviation, m) may be wrong: a centre that is off by 3 mm is. Where all of the outline is seen,
 /// nothing pulls all of it to one side.
-const MOST_DEVIATION: f64 = 0.0009;
+const MOST_DEVIATION: f64 = 0.0007;
 const MOST_DEVIATION_WHOLE: f64 = 0.0013;
 /// Where a hard shadow's edge runs by, which is an edge as well, and the log's other images do not show the table.
 const MOST_DEVIATION_IN_SHADOW: f64 = 0.00065;
