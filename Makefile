@@ -42,6 +42,8 @@ $(TOOLS)/done: pipeline/dist/requirements.txt
 	$(TOOLS)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	touch $@
 # The package, which maturin links, is compiled with carom: both have the same dependencies. `strike` has neither the embedded rig nor SQLite.
+# Object stores (`s3://` and the like) are 4 MB of each program: with `make dist URLS=1` alone.
+COMMA := ,
 FOREIGN := $(SHIPPED)/$(MACHINE)
 LIBRARY := $(if $(IS_FOREIGN),$(FOREIGN)/native,.native)/lib
 EMULATOR := $(if $(IS_FOREIGN),$(FOREIGN)/emulator/run)
@@ -55,8 +57,8 @@ foreign:
 	sh pipeline/dist/emulator.sh $(FOREIGN)/emulator $(MACHINE) bullseye libc6 libstdc++6
 	@test -e $(DEMO)/latest || $(MAKE) run
 programs: setup $(TOOLS)/done $(if $(IS_FOREIGN),build foreign)
-	$(ZIGBUILD) --package carom --package carom-python --features carom-python/extension --bin carom
-	$(ZIGBUILD) --package strike --no-default-features
+	$(ZIGBUILD) --package carom --package carom-python --no-default-features --features carom-python/extension$(if $(URLS),$(COMMA)carom/url) --bin carom
+	$(ZIGBUILD) --package strike --no-default-features $(if $(URLS),--features url)
 	$(TOOLS)/bin/python pipeline/dist/notices.py $(TARGET) > $(SHIPPED)/NOTICES
 
 # An archive of both programs, MuJoCo's library, completions, manual pages and notices; tried in an empty folder with an empty PATH.

@@ -207,9 +207,9 @@ def kills():
 
 def slurm():
     scripts = ROOT / "pipeline/carom/cluster"
-    arguments = [str(word) for word in line("work", "OUT")[2:5]]
 
-    def submit(cluster, out, array):
+    def submit(cluster, out, array, rig):
+        arguments = [str(word) for word in line("work", "OUT", rig=rig)[2:5]]
         options = ["sbatch", "--parsable", "--cpus-per-task=1", f"--output={FOLDER}/logs/slurm_%A_%a.log"]
         work = cluster.call(*options, f"--array=1-{array}", scripts / "work.sbatch", *arguments, "--out", out).strip()
         return work, cluster.call(*options, f"--dependency=afterok:{work}", scripts / "run.sbatch", *arguments, "--out", out).strip()
@@ -221,13 +221,18 @@ def slurm():
 
     with Slurm(FOLDER / "slurm", CAROM.parent) as cluster:
         out, began = fresh("slurm_8"), time.monotonic()
-        _, run = submit(cluster, out, 8)
+        _, run = submit(cluster, out, 8, "rig")
         wait(cluster, run)
         check(version(out) == version(FOLDER / "one"), "Slurm, array of 8 and the run behind it: the bytes of one machine's version")
         rows["slurm_8"] = f"array of 8, then the run: {time.monotonic() - began:.0f} s, equal bytes"
 
+        # Enough work that nodes are lost again and again.
+        demo("many_rig", MANY)
+        alone = Process(line("run", fresh("many_one"), rig="many_rig"), FOLDER / "logs/many_one.json")
+        alone.ended()
+        check(alone.code == 0, f"{MANY} strikes: the run ends with {alone.code}")
         out, began, array = fresh("slurm_lost"), time.monotonic(), 16 if words.small else 64
-        work, run = submit(cluster, out, array)
+        work, run = submit(cluster, out, array, "many_rig")
         dice, lost, tasks, last = random.Random(3), 0, 0, time.monotonic()
 
         def lose():
@@ -251,8 +256,8 @@ def slurm():
 
         wait(cluster, run, lose)
         check(lost > 0 and tasks > 0, f"Slurm: {lost} nodes were lost with {tasks} workers on them")
-        check(version(out) == version(FOLDER / "one"), f"Slurm, array of {array} with nodes lost: the bytes of one machine's version")
-        rows["slurm_lost"] = f"array of {array}, {lost} nodes lost with {tasks} workers at work: {time.monotonic() - began:.0f} s, equal bytes"
+        check(version(out) == version(FOLDER / "many_one"), f"Slurm, array of {array} with nodes lost: the bytes of one machine's version")
+        rows["slurm_lost"] = f"{MANY:,} strikes, array of {array}, {lost} nodes lost with {tasks} workers at work: {time.monotonic() - began:.0f} s, equal bytes"
 
 
 def many():

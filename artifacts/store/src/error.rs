@@ -8,7 +8,6 @@ use crate::{Model, ResidualModelError};
 pub enum ArtifactError {
     #[error(transparent)]
     Io(#[from] durable::Error),
-    #[cfg(feature = "url")]
     #[error(transparent)]
     Object(#[from] objects::ObjectError),
     #[error("change the store {store}: another run does; try again when it has ended")]

@@ -14,7 +14,6 @@ mod load;
 mod manifest;
 mod model;
 pub mod network;
-#[cfg(feature = "url")]
 mod remote;
 mod residual_model;
 mod signature;
@@ -31,7 +30,6 @@ pub use manifest::{
 };
 pub use model::Model;
 pub use network::{Network, NetworkError};
-#[cfg(feature = "url")]
 pub use remote::{pull, push};
 pub use residual_model::{MOST_NETWORKS, Networks, ResidualModel, ResidualModelError};
 pub use signature::{Key, SIGNATURE, Signer};

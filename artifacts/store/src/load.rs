@@ -86,7 +86,6 @@ pub(crate) fn manifest_bytes(dir: &Path, version: &str) -> Result<Vec<u8>, Artif
 }
 
 /// The files that a manifest lists, which are those of a version.
-#[cfg(feature = "url")]
 pub(crate) fn listed(manifest: &[u8], version: &str) -> Result<BTreeSet<String>, ArtifactError> {
     let listed = parse(manifest).and_then(|manifest| file_list(&manifest));
     listed.map_err(|fault| fault.of(version))

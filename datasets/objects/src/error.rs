@@ -1,5 +1,6 @@
 //! What goes wrong with a store, and how to mend it. A store's own words are not repeated: they may hold a key's name.
 
+#[cfg(feature = "client")]
 use std::error::Error as _;
 
 /// Why an object was not read or written. Texts complete "failed to …".
@@ -19,6 +20,7 @@ pub enum ObjectError {
 }
 
 /// A store's codes, and what to do about them. Sources: S3's list of error codes; Azure's, of the Blob service.
+#[cfg(feature = "client")]
 const CODES: &str = "
 NoSuchBucket there is no such bucket; make it, or mend the URL
 ContainerNotFound there is no such container; make it, or mend the URL
@@ -30,10 +32,12 @@ InvalidToken the session's token makes no sense; set the credentials anew
 AuthenticationFailed the credentials do not hold; set them anew, and look at the clock
 AccessDenied the credentials do not allow that; have whoever owns it allow it
 ";
+#[cfg(feature = "client")]
 const CREDENTIALS: &str = "there are no credentials; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY (or AWS_SKIP_SIGNATURE=true for a public bucket), \
                            GOOGLE_APPLICATION_CREDENTIALS, or AZURE_STORAGE_ACCOUNT_NAME and AZURE_STORAGE_ACCOUNT_KEY";
 
 impl ObjectError {
+    #[cfg(feature = "client")]
     /// The error of asking for `url`, without what may be secret in the store's answer.
     pub(crate) fn of(url: String, error: &object_store::Error) -> Self {
         use object_store::Error as E;
@@ -64,6 +68,7 @@ impl ObjectError {
     }
 }
 
+#[cfg(feature = "client")]
 /// An error and all below it; and the lowest, a status or a connection's error, up to where a store's own words begin.
 fn chain(error: &object_store::Error) -> (String, String) {
     let (mut all, mut lowest) = (error.to_string(), error.to_string());

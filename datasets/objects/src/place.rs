@@ -19,24 +19,14 @@ use object_store::{
 };
 use url::Url;
 
-use crate::ObjectError;
 use crate::http::Connector;
+use crate::{Object, ObjectError};
 
 /// A request is tried again so often, and no longer than that; so is what must not be done twice and was not done.
 const TRIES: usize = 6;
 const PATIENCE: Duration = Duration::from_secs(60);
 /// More than this is read by several requests.
 const PIECE: u64 = 8 << 20;
-
-/// Whether that is a URL, and no path.
-pub fn is_url(path: &Path) -> bool {
-    path.to_str().is_some_and(|text| text.contains("://"))
-}
-
-/// The path that a `file://` URL names; none for other ones.
-pub fn path_of(url: &Path) -> Option<PathBuf> {
-    url.to_str()?.strip_prefix("file://").map(PathBuf::from)
-}
 
 /// A prefix of a bucket or container, or a folder.
 #[derive(Clone, Debug)]
@@ -46,19 +36,6 @@ pub struct Place {
     url: String,
     /// Of `file://`: a folder has no conditions, and is locked in place of them.
     folder: Option<PathBuf>,
-}
-
-/// An object as a list tells of it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Object {
-    /// Its name below the prefix, with `/` between its parts; empty where the URL names the object itself.
-    pub name: String,
-    /// Bytes.
-    pub size: u64,
-    /// What changes when its content does: the store's ETag, or the time of its last change.
-    pub tag: String,
-    /// Seconds since 1970.
-    pub modified: i64,
 }
 
 impl Place {

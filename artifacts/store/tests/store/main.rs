@@ -3,6 +3,5 @@
 mod damage;
 mod fixture;
 mod publishing;
-#[cfg(feature = "url")]
 mod remote;
 mod versions;

@@ -1,7 +1,6 @@
 //! The command line: arguments become one plan, one strike and one answer.
 
 mod adapt;
-#[cfg(feature = "url")]
 mod copy;
 mod failure;
 mod load;
@@ -43,13 +42,6 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
             "say where the object lies before an arm strikes: --from X Y, or --watch ws://HOST:PORT, whose camera sees it",
         ));
     }
-    #[cfg(not(feature = "url"))]
-    if args.artifacts.to_string_lossy().contains("://") {
-        return Err(Failure::usage(
-            "this strike was built without object stores: copy `versions/` and `latest` here and name their folder, or build it with `--features url`",
-        ));
-    }
-    #[cfg(feature = "url")]
     let args = Args {
         artifacts: copy::local(&args)?,
         ..args
