@@ -90,6 +90,11 @@ const TOO_LONG: f64 = 0.03;
 
 /// Turned by more, in rad, no effect of the library can hold it (a bias of the arm, up to 0.3 rad, with an offset of the tip).
 pub const TURNED: f64 = 0.21;
+/// Nothing but another set-up makes objects leave so many times as fast from one strike to the next, or as slowly: their ways, which go by the square
+/// of the speed, are a third longer.
+const FASTER: f64 = 1.15;
+/// So many strikes at another time are no chance.
+const FEWEST_UNTIMELY: usize = 6;
 /// An object that is so many times as fast 70 ms after it began to move as at first was not struck, or is not seen as it moves.
 const PUSHED: f64 = 1.5;
 
@@ -203,6 +208,15 @@ pub enum Finding {
         rate: f64,
         drifted: f64,
     },
+    /// From this strike of a log on objects move so many s later after their commands, or sooner; `untimely` strikes at a time at which none is
+    /// looked for.
+    ClockStep {
+        log: String,
+        strike: usize,
+        by: f64,
+        error: f64,
+        untimely: usize,
+    },
     /// After most commands nothing moves.
     NothingMoves {
         log: String,
@@ -221,6 +235,7 @@ pub enum Finding {
     EncoderDelay { delay: Delay },
     /// By the tip's measured places the camera's have another scale.
     Scaled {
+        log: Option<String>,
         scale: f64,
         error: f64,
         strikes: usize,
@@ -299,6 +314,20 @@ pub enum Finding {
         by: f64,
         error: f64,
     },
+    /// From this strike of a log on objects leave so many times as fast as those before, for the same commanded speeds.
+    SpeedWithin {
+        log: String,
+        strike: usize,
+        times: f64,
+        error: f64,
+    },
+    /// What these strikes of a log show, from the first to the last, and not all of it.
+    InPart {
+        log: String,
+        first: usize,
+        last: usize,
+        what: Box<Finding>,
+    },
     /// Objects of a log leave so many times as fast as those of the others, for the same commanded speeds.
     SessionSpeed {
         log: String,
@@ -356,6 +385,13 @@ impl Finding {
             Self::StateFrame { .. } | Self::Displaced { misses: true, .. } => Severity::Meaningless,
             Self::Gathering { times, .. } if *times > PUSHED => Severity::Meaningless,
             Self::TurnedWithin { by, .. } if by.abs() > TURNED => Severity::Meaningless,
+            Self::SpeedWithin { times, .. } if times.ln().abs() > FASTER.ln() => {
+                Severity::Meaningless
+            }
+            Self::ClockStep { untimely, .. } if *untimely >= FEWEST_UNTIMELY => {
+                Severity::Meaningless
+            }
+            Self::InPart { what, .. } => what.severity(),
             Self::EncoderDelay { delay } if delay.seconds[0].abs() <= LONG => Severity::Told,
             Self::EncoderDelay { delay } if delay.seconds[0].abs() > TOO_LONG => {
                 Severity::Meaningless
@@ -369,10 +405,12 @@ impl Finding {
             | Self::Strays { .. }
             | Self::OutsideLimits { .. }
             | Self::ClockDrift { .. }
+            | Self::ClockStep { .. }
             | Self::MostlyRejected { .. }
             | Self::Gathering { .. }
             | Self::SessionTurned { .. }
             | Self::TurnedWithin { .. }
+            | Self::SpeedWithin { .. }
             | Self::Density { .. }
             | Self::Noise { .. }
             | Self::LostFrames { .. } => Severity::Doubtful,

@@ -15,6 +15,7 @@ mod finding;
 mod frames;
 mod other_commands;
 mod pairs;
+mod parts;
 mod places;
 mod statistics;
 mod strays;
@@ -27,7 +28,8 @@ use std::f64::consts::PI;
 use ingest::FoundFence;
 use values::{CommandFrame, Reject, RejectReason, Rig, Solid};
 
-use crate::pairs::{FEWEST, Pair, Pairs};
+use crate::pairs::{FEWEST, Pair, Pairs, WEAKEST};
+use crate::parts::{MOVED, MOVED_ERRORS};
 use crate::statistics::median;
 pub use crate::statistics::wrapped;
 
@@ -108,7 +110,9 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         findings.extend(sessions(logs, &paired, &findings));
         findings.extend(session_speeds(logs, &paired));
         let each = logs.iter().zip(&paired);
-        findings.extend(each.filter_map(|(log, of)| turned_within(log.name, &of.pairs)));
+        findings.extend(
+            each.flat_map(|(log, of)| parts::findings(log.name, &of.pairs, is_logged(log))),
+        );
     }
     let (seen, lost) = logs.iter().fold((0, 0), |(seen, lost), log| {
         (seen + log.seen.frames, lost + log.seen.lost)
@@ -194,7 +198,8 @@ fn beside_speed(pairs: &[Pair], of: impl Fn(&Pair) -> f64) -> Vec<f64> {
 fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (log, of) in logs.iter().zip(paired) {
-        if let Some(delay) = of.delay {
+        let step = parts::clock_step(log.name, &of.pairs).filter(|_| !of.is_shifted);
+        if let (Some(delay), None) = (of.delay, &step) {
             findings.push(Finding::ClockOffset {
                 log: log.name.into(),
                 delay,
@@ -222,7 +227,8 @@ fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
                 motions: log.seen.motions.len(),
             });
         }
-        findings.extend(clock_drift(log.name, &of.pairs));
+        let drifts = || clock_drift(log.name, &of.pairs);
+        findings.extend(step.or_else(drifts));
     }
     findings
 }
@@ -304,13 +310,11 @@ fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
 
 /// No impact launches an object faster than this many times the tip: (1 + e)·M/(M + m) is at most 2, and the first frames are noisy.
 const FASTEST: f64 = 2.3;
-/// Nor does one that counts launch it slower than this.
-const SLOWEST: f64 = 0.08;
 
 /// Whether positions and commands are in one unit.
 fn speeds(rig: &Rig, pairs: &[Pair]) -> Option<Finding> {
     let ratio = median(pairs.iter().map(Pair::speed_ratio))?;
-    let is_possible = (SLOWEST..FASTEST).contains(&ratio);
+    let is_possible = (WEAKEST..FASTEST).contains(&ratio);
     (pairs.len() >= FEWEST && !is_possible).then(|| Finding::Scale {
         ratio,
         strikes: pairs.len(),
@@ -416,10 +420,6 @@ fn density(rig: &Rig) -> Option<Finding> {
     (!MATERIALS.contains(&density)).then_some(Finding::Density { density })
 }
 
-/// Farther than an arm's heading differs from day to day, in rad, and in standard errors: the camera, or the arm's base, was moved.
-const MOVED: f64 = 0.1;
-const MOVED_ERRORS: f64 = 6.0;
-
 /// Logs whose objects leave turned against those of the others by more than an arm differs by from day to day: the camera or the arm's base
 /// was moved.
 fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Finding> {
@@ -475,49 +475,6 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
         })
     })
     .collect()
-}
-
-/// From which strike of a log on objects leave turned against those before, by more than an arm differs by from day to day.
-fn turned_within(log: &str, pairs: &[Pair]) -> Option<Finding> {
-    /// Strikes on each side, and places that are tried.
-    const SIDE: usize = 6;
-    const PLACES: usize = 60;
-    let turn = |pair: &Pair| statistics::wrapped(pair.heading() - pair.command.angle);
-    let turns: Vec<f64> = pairs.iter().map(turn).collect();
-    let (usual, _) = statistics::middle(&turns)?;
-    // An arm may err by the angle, and angles may come in order.
-    let points = pairs.iter().zip(&turns);
-    let points = points.map(|(pair, turn)| (pair.command.angle, statistics::wrapped(turn - usual)));
-    let points: Vec<(f64, f64)> = points.collect();
-    let by_angle = statistics::line(&points).map_or(0.0, |line| line.slope);
-    let left: Vec<f64> = points.iter().map(|p| p.1 - by_angle * p.0).collect();
-    // Each side's median, and how far its strikes lie from it.
-    let side = |side: &[f64]| {
-        let middle = median(side.iter().copied())?;
-        Some((middle, side.iter().map(|v| (v - middle).abs()).sum::<f64>()))
-    };
-    let places = SIDE..(left.len() + 1).saturating_sub(SIDE);
-    let every = places.len().div_ceil(PLACES).max(1);
-    let split = |at: usize| {
-        let (before, after) = left.split_at(at);
-        let ((one, near), (other, also)) = (side(before)?, side(after)?);
-        Some((at, other - one, near + also))
-    };
-    let (at, by, apart) = places
-        .step_by(every)
-        .filter_map(split)
-        .min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let (one, other) = (at as f64, (left.len() - at) as f64);
-    let spread = 1.2533 * apart / left.len() as f64;
-    let error = 1.2533 * spread * (one.recip() + other.recip()).sqrt();
-    (by.abs() > MOVED.max(MOVED_ERRORS * error) && by.abs() > spread).then(|| {
-        Finding::TurnedWithin {
-            log: log.into(),
-            strike: at + 1,
-            by,
-            error,
-        }
-    })
 }
 
 /// Logs whose objects leave at another part of the commanded speed than those of the others, by more than any arm, tip or contact changes from

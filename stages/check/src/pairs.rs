@@ -2,7 +2,7 @@
 
 use ingest::{CommandSeen, MotionSeen, Seen};
 
-use crate::statistics::{median, middle, wrapped};
+use crate::statistics::{line, median, middle, wrapped};
 
 /// Fewer strikes say nothing of a whole log.
 pub const FEWEST: usize = 6;
@@ -11,6 +11,8 @@ const FROM_RISE: f64 = -0.05;
 const AFTER_FALL: f64 = 0.5;
 /// Motions that begin so long after their commands have fallen back, in s, are told.
 const LATE: f64 = 0.1;
+/// No impact that counts launches an object slower than this part of the tip's speed.
+pub const WEAKEST: f64 = 0.08;
 /// Clocks are compared over this time, in s; where nothing follows a command by then, over any, by so many strikes.
 const FARTHEST: f64 = 60.0;
 const STRIKES_OF_ANY_TIME: usize = 200;
@@ -30,6 +32,12 @@ impl Pair {
     /// Departure heading, in rad.
     pub fn heading(&self) -> f64 {
         self.motion.velocity.bearing()
+    }
+
+    /// Whether it moves when a tip that is commanded so may touch, by the clocks as they are.
+    pub fn is_timely(&self) -> bool {
+        let lasts = self.command.fall - self.command.rise;
+        (FROM_RISE..=lasts + AFTER_FALL).contains(&self.lag)
     }
 
     /// Launch speed in the commanded speed.
@@ -79,6 +87,8 @@ pub struct Pairs {
 /// Objects that leave in a spread (rad) that is wider than this, and this many times as wide as at another delay, were not struck then.
 const DISORDER: f64 = 0.17;
 const ORDER: f64 = 3.0;
+/// A tip's times from command to touch spread by less than this, in s; a hand's by more.
+const PROMPT: f64 = 0.05;
 
 /// Pairs by the clocks as they are; where at least twice as many come at another delay, or about as many, and in good order where these are in
 /// none (a hand moves objects too), by that one.
@@ -114,7 +124,8 @@ pub fn pairs(seen: &Seen, slowest: f64) -> Pairs {
             (c.rise - 0.5 * WINDOW, c.rise + 0.5 * WINDOW)
         });
         let (disorder, order) = (disorder(&plain), disorder(&shifted));
-        let is_in_order = disorder > DISORDER && disorder > ORDER * order;
+        // Motions that follow as tips that gather speed touch are those of the commands' own time, whatever the commands say.
+        let is_in_order = disorder > DISORDER && disorder > ORDER * order && !is_prompt(&plain);
         let is_more = shifted.len() > 2 * plain.len();
         let is_better = is_more || 10 * shifted.len() >= 9 * plain.len() && is_in_order;
         (shifted.len() >= least && is_better).then_some(shifted)
@@ -126,7 +137,9 @@ pub fn pairs(seen: &Seen, slowest: f64) -> Pairs {
     };
     let shifted = shifted_within(FARTHEST).or_else(of_any_time);
     let is_shifted = shifted.is_some();
-    let pairs = shifted.unwrap_or(plain);
+    let mut pairs = shifted.unwrap_or(plain);
+    pairs.extend(at_another_time(seen, &pairs));
+    pairs.sort_by(|a, b| a.command.rise.total_cmp(&b.command.rise));
     let lag = median(pairs.iter().map(|pair| pair.lag)).unwrap_or(0.0);
     let lasts = median(pairs.iter().map(|p| p.command.fall - p.command.rise)).unwrap_or(0.0);
     let round = |seconds: f64| (seconds * 100.0).round() / 100.0;
@@ -139,6 +152,56 @@ pub fn pairs(seen: &Seen, slowest: f64) -> Pairs {
         uncertainty: round(uncertainty),
         is_shifted,
     }
+}
+
+/// Of the commands and motions that are no pair's most may be pairs at a delay of their own: a clock was set while the log ran.
+fn at_another_time(seen: &Seen, pairs: &[Pair]) -> Vec<Pair> {
+    let is_left = |own: fn(&Pair) -> f64, time: f64| pairs.iter().all(|pair| own(pair) != time);
+    let commands = seen.commands.iter();
+    let motions = seen.motions.iter();
+    let left = Seen {
+        commands: commands
+            .filter(|c| is_left(|p| p.command.rise, c.rise))
+            .copied()
+            .collect(),
+        motions: motions
+            .filter(|m| is_left(|p| p.motion.start, m.start))
+            .copied()
+            .collect(),
+        ..Seen::default()
+    };
+    let shift = match left.commands.len() >= FEWEST {
+        true => best_shift(&left, FARTHEST),
+        false => None,
+    };
+    let found = shift.map(|shift| {
+        matched(&left, shift, |c| {
+            (c.rise - 0.5 * WINDOW, c.rise + 0.5 * WINDOW)
+        })
+    });
+    let is_struck = |found: &Vec<Pair>| {
+        found.len() >= FEWEST
+            && 4 * found.len() >= 3 * left.commands.len()
+            && disorder(found) < DISORDER
+    };
+    found.filter(is_struck).unwrap_or_default()
+}
+
+/// Whether these motions are strikes, by their speeds, whose times from command to motion are those of one arm: beside what goes with the speed that
+/// it reaches they hardly spread.
+fn is_prompt(pairs: &[Pair]) -> bool {
+    let points = pairs
+        .iter()
+        .map(|pair| (pair.motion.velocity.norm(), pair.lag));
+    let points: Vec<(f64, f64)> = points.collect();
+    let Some(line) = line(&points) else {
+        return false;
+    };
+    let left = points
+        .iter()
+        .map(|p| (p.1 - line.at_zero - line.slope * p.0).abs());
+    let is_struck = median(pairs.iter().map(Pair::speed_ratio)).is_some_and(|r| r > WEAKEST);
+    is_struck && median(left).is_some_and(|spread| spread < PROMPT)
 }
 
 /// Commands with the first motion in the time that each allows, `shift` later; a motion belongs to one command.

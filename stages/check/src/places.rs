@@ -37,19 +37,36 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
     let touches: usize = logs.iter().map(|log| log.seen.delays.len()).sum();
     let reach = rig.object.solid.reach() + rig.striker.radius;
     let misses = |by: Point| by.norm() > reach;
-    let mut findings = Vec::new();
-    let line = Similar::of(rig, &meetings).filter(|line| line.spread < AGREE);
-    if let Some(line) = line.filter(|line| line.turn.abs() < TURNED) {
+    let line = |meetings: &[Meeting]| {
+        let line = Similar::of(rig, meetings).filter(|line| line.spread < AGREE);
+        line.filter(|line| line.turn.abs() < TURNED)
+    };
+    let scaled = |line: &Similar, log: Option<&str>| {
         let [scale, error] = line.scale;
         let is_scaled = (scale - 1.0).abs() > SCALE.max(SURE * error);
-        if is_scaled {
-            findings.push(Finding::Scaled {
-                scale,
-                error,
-                strikes: line.strikes,
-            });
-        } else if line.away.norm() > AWAY.max(SURE * line.error()) && 2 * touches < line.strikes {
-            let (by, turn) = match line.turn.abs() > TOLD_TURN.max(SURE * error) {
+        is_scaled.then(|| Finding::Scaled {
+            log: log.map(str::to_owned),
+            scale,
+            error,
+            strikes: line.strikes,
+        })
+    };
+    let all = line(&meetings);
+    if let Some(found) = all.as_ref().and_then(|line| scaled(line, None)) {
+        return vec![found];
+    }
+    // One of several is not seen in all of them together.
+    let of_logs = logs.iter().filter_map(|log| {
+        let line = line(&self::meetings(std::slice::from_ref(log)))?;
+        scaled(&line, Some(log.name))
+    });
+    let mut findings: Vec<Finding> = of_logs.collect();
+    if !findings.is_empty() {
+        return findings;
+    }
+    if let Some(line) = all {
+        if line.away.norm() > AWAY.max(SURE * line.error()) && 2 * touches < line.strikes {
+            let (by, turn) = match line.turn.abs() > TOLD_TURN.max(SURE * line.scale[1]) {
                 true => (line.by, line.turn),
                 false => (line.away, 0.0),
             };
@@ -60,9 +77,6 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
                 strikes: line.strikes,
                 misses: misses(line.away),
             });
-        }
-        if is_scaled {
-            return findings;
         }
     }
     if let Some(apart) = Origins::of(rig, logs) {

@@ -222,6 +222,25 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 )
             },
         ),
+        Finding::ClockStep {
+            log,
+            strike,
+            by,
+            untimely,
+            ..
+        } => said(
+            format!(
+                "{log}: from its strike {strike} on objects move {:.2} s {} after their commands than before{}",
+                by.abs(),
+                if *by < 0.0 { "sooner" } else { "later" },
+                match untimely {
+                    0 => String::new(),
+                    n => format!(", {n} of them when no strike of theirs is looked for"),
+                }
+            ),
+            "the clock of the camera or of the arm was set while the log ran, or the tip starts farther away",
+            "have both machines keep one time (NTP, PTP) before a log begins; cut this log there, and state `[frames] camera_delay` for the part that is late".into(),
+        ),
         Finding::ClockDrift { log, rate, drifted } => said(
             format!(
                 "{log}: the time from command to motion changes by {:.2} ms a minute, {:.0} ms over the log",
@@ -293,6 +312,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             )
         }
         Finding::Scaled {
+            log,
             scale,
             error,
             strikes,
@@ -302,7 +322,8 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             let is_in_mm = MILLIMETRES.contains(scale);
             said(
                 format!(
-                    "by the tip's measured places the camera's are {} (± {}) times as far apart, over {strikes} strikes",
+                    "{}by the tip's measured places the camera's are {} (± {}) times as far apart, over {strikes} strikes",
+                    of(log.as_deref()),
                     significant(*scale),
                     significant(2.0 * error)
                 ),
@@ -565,6 +586,35 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "the camera, or the arm's base, was moved while the log ran",
             "calibrate the camera's pose anew, and log again: strikes before and after are of two set-ups".into(),
         ),
+        Finding::SpeedWithin {
+            log,
+            strike,
+            times,
+            error,
+        } => said(
+            format!(
+                "{log}: from its strike {strike} on objects leave {times:.2} (± {:.2}) times as fast as those before, for the same commanded speeds",
+                2.0 * error
+            ),
+            "speeds are commanded in another unit, or through an override, or the camera's scale was changed, while the log ran",
+            "log what the arm is told, in m/s, and log again: strikes before and after are of two set-ups".into(),
+        ),
+        Finding::InPart {
+            log,
+            first,
+            last,
+            what,
+        } => {
+            let what = say(what, rig);
+            said(
+                format!("{log}, strikes {first} to {last} alone: {}", what.seen),
+                &what.likely,
+                format!(
+                    "the other strikes do not say so: cut the log there, and give this part a run of its own, by a rig file of its own; there {}",
+                    what.mend
+                ),
+            )
+        }
         Finding::SessionSpeed {
             log,
             times,
