@@ -14,7 +14,7 @@ const TIME: f64 = 0.06;
 const HARDER: f64 = 4.0;
 const MARGIN: f64 = 2.0;
 /// No table brakes harder than this, in m/s²: all that is said of a ball, which slides before it rolls.
-const BRAKES: f64 = 10.0;
+pub(super) const BRAKES: f64 = 10.0;
 /// How a table brakes is seen in this time from the beginning, in s, or in all.
 const FIRST: f64 = 0.4;
 /// So many frames in a row show it.

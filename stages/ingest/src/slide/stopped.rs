@@ -6,7 +6,7 @@
 use values::{Point, Shape};
 
 use super::frames::Frame;
-use super::held::no_table;
+use super::held::{BRAKES, no_table};
 use crate::robust::median_point;
 
 /// Frames before the rest that are looked at, and after it, in s.
@@ -18,7 +18,7 @@ const STEP: f64 = 0.002;
 /// It brakes harder than any table for no longer than this, in s.
 const LONGEST: f64 = 0.12;
 /// As many frames that still move are needed.
-const FEWEST: usize = 6;
+const FEWEST: usize = 4;
 /// The sum of squares is better by so many squares of the noise (4 standard errors).
 const BETTER: f64 = 16.0;
 /// Standard errors by which the table may brake harder than it seems.
@@ -77,7 +77,8 @@ pub(super) fn stopped(
     let freedom = approach.frames.len().saturating_sub(3).max(1) as f64;
     let square = (noise * noise).max(at_once.sum / freedom);
     let usual = at_once.braking + UNSURE * square.sqrt() * at_once.braking_error;
-    let hardest = no_table(usual, shape);
+    // Of few frames it is hardly known; then no table at all brakes so.
+    let hardest = no_table(usual, shape).min(BRAKES);
     let hard = moments(first, until)
         .flat_map(|moment| moments(0.0, LONGEST).map(move |time| (moment, time)))
         .filter_map(|(moment, time)| approach.braked(moment, time, hardest))
