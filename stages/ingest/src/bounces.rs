@@ -65,8 +65,8 @@ pub(crate) struct Flight {
 }
 
 /// Frames of each line, at the least, and the time that they take, in s.
-const FRAMES: usize = 4;
-const TIME: f64 = 0.05;
+pub(crate) const FRAMES: usize = 4;
+pub(crate) const TIME: f64 = 0.05;
 /// Frames farther apart than this, in s, show no motion.
 const GAP: f64 = 0.07;
 /// Root mean square of the frames about a line, in m and in deviations of the camera's noise.
@@ -77,7 +77,7 @@ const STRAIGHT_NOISE: f64 = 2.0;
 const SLOWEST: f64 = 0.06;
 const SLOPE_NOISE: f64 = 4.0;
 const BREAK: f64 = 0.1;
-const BREAK_NOISE: f64 = 7.0;
+pub(crate) const BREAK_NOISE: f64 = 7.0;
 /// No table brakes harder than this, in m/s², nor pushes farther aside than this part of it.
 const BRAKES: f64 = 10.0;
 const BRAKES_ASIDE: f64 = 0.3;

@@ -5,7 +5,7 @@
 
 use values::{Fence, Point, Rig};
 
-use crate::bounces::Bounce;
+use crate::bounces::{BREAK_NOISE, Bounce};
 use crate::seen::Seen;
 
 /// A fence that was found, and how often objects bounced there.
@@ -58,7 +58,10 @@ pub fn fences<'a>(rig: &Rig, logs: impl IntoIterator<Item = &'a Seen>) -> Vec<Fo
             let mut stated = rig.table.fences.iter();
             stated.any(|fence| fence.distance(place) < reach + near)
         };
-        bounces.extend(seen.bounces.iter().filter(|b| !is_stated(b.place)).copied());
+        // Errors of a camera that last for some frames move an object that rests.
+        let least = BREAK_NOISE * seen.stirring().unwrap_or(0.0);
+        let is_seen = |b: &&Bounce| (b.after - b.before).norm() >= least && !is_stated(b.place);
+        bounces.extend(seen.bounces.iter().filter(is_seen).copied());
         motions += seen.motions.len();
     }
     let stride = bounces.len().div_ceil(MOST_BOUNCES).max(1);

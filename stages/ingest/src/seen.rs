@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use values::{Point, Rig, Strike, Track};
 
 use crate::arm::{Meeting, TouchDelay};
-use crate::bounces::Bounce;
+use crate::bounces::{self, Bounce};
 use crate::episode::{Episode, is_finite, speed};
 use crate::order::{seconds, since};
 use crate::plateau::plateau;
@@ -30,6 +30,9 @@ pub struct Seen {
     pub jumps: u64,
     /// Standard deviation of a resting centroid's coordinate, in m, one a rest.
     pub noise: Vec<f64>,
+    /// Velocities, in m/s, that the frames of a resting object show over the time in which a bounce is seen: both coordinates of one a rest.
+    #[serde(default)]
+    pub stirs: Vec<f64>,
     /// Where it was turned round, or deflected, by something else than the tip.
     #[serde(default)]
     pub bounces: Vec<Bounce>,
@@ -209,11 +212,25 @@ impl Watch {
             moving @ (State::Unknown | State::Moves) => match self.rest() {
                 Some((place, noise)) => {
                     seen.noise.push(noise);
+                    seen.stirs
+                        .extend(self.stir().into_iter().flat_map(|v| [v.x, v.y]));
                     State::Rests(place)
                 }
                 None => moving,
             },
         };
+    }
+
+    /// The velocity that the last frames show over the time in which a bounce is seen.
+    fn stir(&self) -> Option<Point> {
+        let (last, _) = self.recent.back()?;
+        let spans = |at: &usize| {
+            let time = since(self.recent[*at].0, *last);
+            self.recent.len() - at >= bounces::FRAMES && time >= bounces::TIME
+        };
+        let from = (0..self.recent.len()).rev().find(spans)?;
+        let frames: Vec<(i64, Point)> = self.recent.range(from..).copied().collect();
+        Some(line_velocity(&frames))
     }
 
     /// Where the last frames lie still, and their noise.
@@ -276,6 +293,12 @@ fn line_velocity(frames: &[(i64, Point)]) -> Point {
 }
 
 impl Seen {
+    /// Standard deviation of a velocity that the frames of a resting object show, in m/s; none where nothing rested.
+    pub(crate) fn stirring(&self) -> Option<f64> {
+        let middle = median(self.stirs.iter().map(|v| v.abs()));
+        middle.is_finite().then_some(1.4826 * middle)
+    }
+
     /// The middle noise at rest, in m.
     pub fn noise_at_rest(&self) -> Option<f64> {
         let noise = median(self.noise.iter().copied());
