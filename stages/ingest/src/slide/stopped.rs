@@ -18,7 +18,7 @@ const STEP: f64 = 0.002;
 /// It brakes harder than any table for no longer than this, in s.
 const LONGEST: f64 = 0.12;
 /// As many frames that still move are needed.
-const FEWEST: usize = 4;
+const FEWEST: usize = 2;
 /// The sum of squares is better by so many squares of the noise (4 standard errors).
 const BETTER: f64 = 16.0;
 /// Standard errors by which the table may brake harder than it seems.
