@@ -280,3 +280,51 @@ fn best_shift(seen: &Seen, farthest: f64) -> Option<f64> {
         a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use super::*;
+
+    /// Forty strikes as regular as a clock, each struck by the command so many places before its own; from this one on the camera's stamps are late
+    /// by so many s.
+    fn seen(before: usize, from: usize, late: f64) -> Seen {
+        let angle = |i: usize| -0.7 + 1.4 * (0.618 * i as f64).fract();
+        let made = (0..40).map(|i| {
+            let lag = 0.2 + 0.01 * (5.1 * i as f64).sin();
+            let leaves = Point::polar(0.8, angle(i + before));
+            Pair::made(
+                i,
+                [0.6, angle(i)],
+                leaves,
+                lag + if i < from { 0.0 } else { late },
+            )
+        });
+        let made: Vec<Pair> = made.collect();
+        Seen {
+            commands: made.iter().map(|pair| pair.command).collect(),
+            motions: made.iter().map(|pair| pair.motion).collect(),
+            ..Seen::default()
+        }
+    }
+
+    #[test]
+    fn another_strikes_commands_are_no_other_time() {
+        for before in [0, 1] {
+            let found = pairs(&seen(before, 40, 0.0), 0.1);
+            assert_eq!((found.delay, found.pairs.len()), (None, 40), "{before}");
+        }
+        let found = pairs(&seen(0, 0, 2.0), 0.1);
+        assert!(found.is_shifted && found.pairs.len() >= 39, "{found:?}");
+    }
+
+    #[test]
+    fn a_clock_that_was_set_is_one_from_then_on() {
+        for from in [12, 30] {
+            let found = pairs(&seen(0, from, 2.0), 0.1);
+            let timely = found.pairs.iter().filter(|pair| pair.is_timely()).count();
+            assert_eq!((found.pairs.len(), timely), (40, from), "{found:?}");
+        }
+    }
+}

@@ -24,6 +24,8 @@ const PLACES: usize = 60;
 const PART: usize = 10;
 /// Deviations of headings (rad) and of speeds (relative) below which lines are equally good.
 const ALIKE: f64 = 0.01;
+/// So many on each side are of the same speeds, and of the same angles.
+const COMMON: usize = 3;
 /// A step explains better than a drift by so much (logarithm of the likelihood).
 const BETTER: f64 = 6.0;
 /// Slower than any strike, a motion is not the command's, in m/s.
@@ -166,10 +168,28 @@ fn step(pairs: &[Pair], values: &[f64]) -> Option<Step> {
     let better = values.len() as f64 * (drifts.deviation / fit.deviation).ln();
     let by = fit.by.abs();
     let is_step = by > MOVED.max(MOVED_ERRORS * fit.error) && by > fit.deviation && better > BETTER;
+    let is_step = is_step && are_alike(pairs, at);
     is_step.then_some(Step {
         at,
         by: fit.by,
         error: fit.error,
+    })
+}
+
+/// Whether strikes of the same speeds and angles lie on both sides: else it may be what the arm makes of them.
+fn are_alike(pairs: &[Pair], at: usize) -> bool {
+    let (before, after) = pairs.split_at(at);
+    let of: [fn(&Pair) -> f64; 2] = [|p| p.command.speed, |p| p.command.angle];
+    of.into_iter().all(|of| {
+        let range = |side: &[Pair]| {
+            let values = side.iter().map(of);
+            let low = values.clone().fold(f64::INFINITY, f64::min);
+            (low, values.fold(f64::NEG_INFINITY, f64::max))
+        };
+        let (one, other) = (range(before), range(after));
+        let both = one.0.max(other.0)..=one.1.min(other.1);
+        let common = |side: &[Pair]| side.iter().filter(|p| both.contains(&of(p))).count();
+        common(before).min(common(after)) >= COMMON
     })
 }
 
@@ -299,11 +319,37 @@ mod tests {
     }
 
     #[test]
+    fn a_clock_that_is_set_is_told_and_a_longer_ramp_is_none() {
+        let told = |late: &dyn Fn(usize) -> f64| {
+            let pairs: Vec<Pair> = (0..40)
+                .map(|i| {
+                    let speed = 0.4 + 0.015 * i as f64;
+                    let lag = 0.1 + speed / 2.0 + 0.01 * (5.1 * i as f64).sin() + late(i);
+                    Pair::made(i, [speed, 0.0], Point::new(speed, 0.0), lag)
+                })
+                .collect();
+            clock_step("one.mcap", &pairs)
+        };
+        let set = told(&|i| if i < 28 { 0.0 } else { 2.0 });
+        assert!(
+            matches!(set, Some(Finding::ClockStep { strike: 29, by, untimely: 12, .. })
+                if (by - 2.0).abs() < 0.05),
+            "{set:?}"
+        );
+        assert_eq!(told(&|_| 0.0), None);
+        assert_eq!(told(&|i| 0.02 * i as f64), None);
+    }
+
+    #[test]
     fn an_arm_that_errs_by_what_comes_in_order_and_what_drifts_is_one() {
         // A cap on the speed, angles that follow the half, commands in order of their speed, a tip that wears.
         let sorted = |i: usize| 0.4 + 0.6 * i as f64 / 40.0;
-        let none: [Vec<Finding>; 4] = [
+        let none: [Vec<Finding>; 5] = [
             found(|_, told| (told, told)),
+            found(|i, told| {
+                let delivered = sorted(i).min(0.7) - 0.15;
+                ([sorted(i), told[1]], [delivered, told[1]])
+            }),
             found(|i, told| ([sorted(i), told[1]], [sorted(i).min(0.75), told[1]])),
             found(|i, told| ([told[0], sorted(i)], [told[0], 0.6 * sorted(i)])),
             found(|i, told| (told, [told[0] * (1.0 - 0.008 * i as f64), told[1]])),

@@ -393,6 +393,21 @@ mod tests {
     }
 
     #[test]
+    fn one_session_of_another_scale_is_told_by_its_name() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let seen = [1.0, 1.0, 0.8].map(|scale| seen(scale, Point::default(), 0.0));
+        let logs = [0, 1, 2].map(|i| LogRead {
+            name: ["one.mcap", "two.mcap", "three.mcap"][i],
+            ..log(&seen[i])
+        });
+        let found = findings(&rig, &logs, None);
+        assert!(
+            matches!(&found[..], [Finding::Scaled { log: Some(log), .. }] if log == "three.mcap"),
+            "{found:?}"
+        );
+    }
+
+    #[test]
     fn other_origins_are_told_from_a_delay_and_from_other_radii() {
         let rig = Rig::demo(Shape::Cylinder);
         for (by, delay) in [

@@ -293,6 +293,24 @@ mod tests {
     }
 
     #[test]
+    fn what_a_cameras_errors_stir_of_resting_objects_is_no_fence() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let found = |stir: f64| {
+            let mut all = seen(
+                (0..12)
+                    .map(|i| bounce(0.6, 0.03 * f64::from(i), 0.1, 0.05))
+                    .collect(),
+            );
+            all.bounces
+                .iter_mut()
+                .for_each(|b| (b.before.x, b.after.x) = (0.1, -0.1));
+            all.stirs = vec![stir, -stir, 0.5 * stir, 1.5 * stir];
+            fences(&rig, [&all]).len()
+        };
+        assert_eq!([found(0.005), found(0.04)], [1, 0]);
+    }
+
+    #[test]
     fn bounces_of_one_command_at_one_place_are_a_fence() {
         let rig = Rig::demo(Shape::Cylinder);
         let all = seen(

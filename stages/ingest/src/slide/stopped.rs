@@ -236,13 +236,15 @@ mod tests {
     fn what_a_hand_catches_is_no_stop_and_what_a_table_stops_is_one() {
         for phase in (0..10).map(|i| f64::from(i) / 10.0) {
             for speed in [0.8, 1.2] {
-                // Caught at 0.4 s.
-                let caught = |t: f64| {
-                    let left = (0.4 - t).max(0.0);
-                    -speed * left - 1.25 * left * left
-                };
-                let at = held_at(caught, 0.4, phase).expect("caught");
-                assert!((0.38..0.42).contains(&at), "{speed} {phase}: {at}");
+                // Caught at 0.4 s, and after four frames.
+                for moment in [0.4, 0.07] {
+                    let caught = |t: f64| {
+                        let left = (moment - t).max(0.0);
+                        -speed * left - 1.25 * left * left
+                    };
+                    let at = held_at(caught, moment, phase).expect("caught");
+                    assert!((at - moment).abs() < 0.02, "{speed} {phase}: {at}");
+                }
             }
             // To rest by itself; over a patch that brakes three times as hard.
             for hard in [2.5, 7.5] {
