@@ -155,6 +155,18 @@ fn what_a_model_may_live_with_is_told() {
         &turned,
         |f| matches!(f, Finding::TurnedWithin { by, .. } if (by - 0.3).abs() < 0.05),
     );
+    let tool = told("commands are in the tool's frame from the middle of a log on");
+    assert!(tool.is_meaningless());
+    has(
+        &tool,
+        |f| matches!(f, Finding::InPart { what, .. } if matches!(**what, Finding::ConstantHeading { .. })),
+    );
+    let set = told("the camera's clock was set while a log ran");
+    assert!(set.is_meaningless());
+    has(
+        &set,
+        |f| matches!(f, Finding::ClockStep { by, .. } if (by - 2.0).abs() < 0.05),
+    );
     has(&told("the mass is in grams over ten"), |f| {
         matches!(f, Finding::Density { .. })
     });

@@ -155,6 +155,19 @@ impl Lab {
                     (centroid.x, centroid.y) = (turned.x, turned.y);
                 }
             }
+            "commands are in the tool's frame from the middle of a log on" => {
+                let commands = &mut self.sessions[0].commands;
+                let half = commands.len() / 2;
+                for command in &mut commands[half..] {
+                    (command.x, command.y) = (command.x.hypot(command.y), 0.0);
+                }
+            }
+            "the camera's clock was set while a log ran" => {
+                let centroids = &mut self.sessions[0].centroids;
+                let half = centroids.len() / 2;
+                let late = centroids[half..].iter_mut();
+                late.for_each(|c| c.stamp += 2_000_000_000);
+            }
             "the mass is in grams over ten" => self.rig.object.mass *= 100.0,
             "a log was played back and recorded again" => {
                 let mut again = self.sessions[0].clone();
