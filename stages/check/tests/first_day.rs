@@ -155,14 +155,16 @@ fn what_a_model_may_live_with_is_told() {
         &turned,
         |f| matches!(f, Finding::TurnedWithin { by, .. } if (by - 0.3).abs() < 0.05),
     );
-    let tool = told("commands are in the tool's frame from the middle of a log on");
-    assert!(tool.is_meaningless());
+    let longer = mistakes::lab(Shape::Cylinder, 120, 5801, &["none"], None);
+    let mistake = "commands are in the tool's frame from the middle of a log on";
+    let (tool, _) = checked(&longer.mistaken(mistake));
+    assert!(tool.is_meaningless(), "{:?}", tool.findings);
     has(
         &tool,
         |f| matches!(f, Finding::InPart { what, .. } if matches!(**what, Finding::ConstantHeading { .. })),
     );
     let set = told("the camera's clock was set while a log ran");
-    assert!(set.is_meaningless());
+    assert!(set.is_meaningless(), "{:?}", set.findings);
     has(
         &set,
         |f| matches!(f, Finding::ClockStep { by, .. } if (by - 2.0).abs() < 0.05),
