@@ -323,7 +323,7 @@ mod tests {
         let told = |late: &dyn Fn(usize) -> f64| {
             let pairs: Vec<Pair> = (0..40)
                 .map(|i| {
-                    let speed = 0.4 + 0.015 * i as f64;
+                    let speed = 0.4 + 0.6 * (0.618 * i as f64).fract();
                     let lag = 0.1 + speed / 2.0 + 0.01 * (5.1 * i as f64).sin() + late(i);
                     Pair::made(i, [speed, 0.0], Point::new(speed, 0.0), lag)
                 })
