@@ -64,20 +64,21 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
     if !findings.is_empty() {
         return findings;
     }
-    if let Some(line) = all {
-        if line.away.norm() > AWAY.max(SURE * line.error()) && 2 * touches < line.strikes {
-            let (by, turn) = match line.turn.abs() > TOLD_TURN.max(SURE * line.scale[1]) {
-                true => (line.by, line.turn),
-                false => (line.away, 0.0),
-            };
-            findings.push(Finding::Displaced {
-                by,
-                turn,
-                away: line.away.norm(),
-                strikes: line.strikes,
-                misses: misses(line.away),
-            });
-        }
+    if let Some(line) = all
+        && line.away.norm() > AWAY.max(SURE * line.error())
+        && 2 * touches < line.strikes
+    {
+        let (by, turn) = match line.turn.abs() > TOLD_TURN.max(SURE * line.scale[1]) {
+            true => (line.by, line.turn),
+            false => (line.away, 0.0),
+        };
+        findings.push(Finding::Displaced {
+            by,
+            turn,
+            away: line.away.norm(),
+            strikes: line.strikes,
+            misses: misses(line.away),
+        });
     }
     if let Some(apart) = Origins::of(rig, logs) {
         let is_told = |f: &Finding| matches!(f, Finding::Displaced { .. });
