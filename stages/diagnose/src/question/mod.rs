@@ -89,6 +89,14 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
+    /// Whether it changes with the order as no effect of the library does.
+    fn has_no_name(&self) -> bool {
+        match (self.what, self.form) {
+            (What::Column(of), Some(form)) => form.has_no_name(of),
+            _ => false,
+        }
+    }
+
     /// Whether it is beside smooth functions of the strikes' own commands.
     fn is_beside_smooth(&self) -> bool {
         let of_ways = self.covariate == "position" && matches!(self.what, What::Column(_));
@@ -171,11 +179,10 @@ impl Answer {
 
     /// Whether something depends on the order in a form that an effect of the library has. Beside levels of the sessions, a drift changes in each.
     pub(crate) fn has_form_of_an_effect(&self, beside_sessions: bool) -> bool {
-        let mut forms = self.findings.iter().filter_map(|found| found.form);
-        forms.any(|form| match form {
-            Form::WearInSessions => beside_sessions,
-            Form::WanderAlone => false,
-            form => !form.has_no_name(),
+        self.findings.iter().any(|found| match found.form {
+            Some(Form::WearInSessions) => beside_sessions,
+            Some(Form::WanderAlone) | None => false,
+            Some(_) => !found.has_no_name(),
         })
     }
 
@@ -189,14 +196,16 @@ impl Answer {
             Some(Form::StepInSession(_)) => by_sessions_alone,
             // Sessions of a wander differ, too.
             Some(Form::WanderAlone) => effects.by_session,
-            Some(Form::DriftAndSessions) => !(effects.drift && effects.by_session),
+            Some(Form::DriftAndSessions) => {
+                let is_of_launch = found.what == What::Column(Column::Launch);
+                is_of_launch || !(effects.drift && effects.by_session)
+            }
             // A change of level is a form of a drift, of friction's within one session.
             Some(Form::Ramp) => {
                 let is_of_friction = found.what == What::Column(Column::Friction);
                 by_sessions_alone || self.has_sessions && is_of_friction
             }
-            Some(form) => form.has_no_name() && 2.0 * found.size >= most,
-            None => false,
+            _ => found.has_no_name() && 2.0 * found.size >= most,
         };
         self.findings
             .iter()
@@ -704,6 +713,7 @@ impl Asking {
         Some((
             column.weights.norm_squared(),
             InOrder {
+                of,
                 values,
                 weights: column.weights,
                 beside,
@@ -846,7 +856,7 @@ mod tests {
     #[test]
     fn what_changes_within_sessions_contradicts_sessions_alone() {
         for form in [Form::StepInSession(20), Form::DriftAndSessions] {
-            let asked = || by_order(Column::Launch, 0.01, form);
+            let asked = || by_order(Column::Friction, 0.01, form);
             let sessions = EffectsByOrder {
                 by_session: true,
                 drift: false,
@@ -854,6 +864,22 @@ mod tests {
             let drift = true;
             assert!(contradicts(asked(), sessions));
             assert!(!contradicts(asked(), EffectsByOrder { drift, ..sessions }));
+        }
+    }
+
+    #[test]
+    fn launches_that_differ_by_session_contradict_what_changes_with_the_order() {
+        for form in [Form::Sessions, Form::DriftAndSessions] {
+            for by_session in [false, true] {
+                let drift = true;
+                let effects = EffectsByOrder { by_session, drift };
+                assert!(contradicts(by_order(Column::Launch, 0.01, form), effects));
+            }
+            let both = EffectsByOrder {
+                by_session: true,
+                drift: true,
+            };
+            assert!(!contradicts(by_order(Column::Friction, 0.01, form), both));
         }
     }
 

@@ -11,6 +11,7 @@ use super::{
     covariates::cosines,
     families::{REAL, Shuffles, Statistic},
     projection::{Basis, explained},
+    table::Column,
     wander::{self, Wander},
     ways::most_explained,
 };
@@ -36,8 +37,6 @@ const LASTS: [f64; 3] = [0.06, 0.125, 0.25];
 const AT_A_LEVEL: f64 = 0.25;
 /// Places of a beginning that are tried.
 const BEGINNINGS: usize = 40;
-/// Places at which a table may have been cleaned.
-const CLEANINGS: usize = 20;
 /// −2 ln L by which a form that the library has no effect for must be better: a hundred to one.
 const EXCLUDED: f64 = 9.2;
 /// Wanders drawn, to which the column is compared.
@@ -87,18 +86,21 @@ impl Form {
         }
     }
 
-    /// Whether no effect of the library by the order or by session is of this form.
-    pub(crate) fn has_no_name(self) -> bool {
-        matches!(
-            self,
-            Self::Cycle | Self::WearInSessions | Self::WearsOff | Self::MadeNew
-        )
+    /// Whether no effect of the library by the order or by session makes a column of this form: none makes launch speeds differ between sessions.
+    pub(crate) fn has_no_name(self, of: Column) -> bool {
+        match self {
+            Self::Cycle | Self::WearInSessions | Self::WearsOff | Self::MadeNew => true,
+            Self::Sessions => of == Column::Launch,
+            _ => false,
+        }
     }
 }
 
 /// One column, to be asked about its order.
 pub(super) struct InOrder {
-    /// Weighed, what depends on commands taken off.
+    /// Which one.
+    pub(super) of: Column,
+    /// Its values, weighed, what depends on commands taken off.
     pub(super) values: DVector<f64>,
     pub(super) weights: DVector<f64>,
     /// What was taken off.
@@ -266,7 +268,7 @@ impl InOrder {
         }
         let best = least(&own, &|_| true);
         let named = least(&own, &|form| {
-            !form.has_no_name() && form != Form::DriftAndSessions
+            !form.has_no_name(self.of) && form != Form::DriftAndSessions
         });
         let (form, criterion) = match named.1 - best.1 < EXCLUDED {
             true => named,
@@ -339,8 +341,7 @@ impl InOrder {
                 }
             }
         }
-        let every = (self.values.len() / CLEANINGS).max(1);
-        for k in (SIDE..self.values.len() - SIDE).step_by(every) {
+        for k in SIDE..self.values.len() - SIDE {
             let cleaned = place[k];
             let before = place.map(|t| if t < cleaned { t } else { 0.0 });
             let after = place.map(|t| (t - cleaned).max(0.0));
@@ -517,6 +518,7 @@ mod tests {
         let independent = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
         let beside = Basis::new([DVector::repeat(n, 1.0)]);
         InOrder {
+            of: Column::Friction,
             values: beside
                 .off(wander.drawn(ratio, &independent) + DVector::from_fn(n, |i, _| hidden(i))),
             weights: DVector::repeat(n, 1.0),
@@ -538,7 +540,7 @@ mod tests {
             for seed in 0..5 {
                 let column = in_order(seed, 0.0, n, 15, &|i| i as f64, hidden);
                 let (form, functions) = column.form(&Wander::new(n), seed);
-                assert!(form.has_no_name(), "{form:?}");
+                assert!(form.has_no_name(Column::Friction), "{form:?}");
                 let left = Basis::new(functions).off(column.values);
                 let scatter = left.norm() / (n as f64).sqrt();
                 assert!((0.8..1.2).contains(&scatter), "{form:?} {scatter}");
@@ -613,6 +615,35 @@ mod tests {
     }
 
     #[test]
+    fn what_is_made_as_new_as_a_session_begins_and_wears_at_another_rate_since_has_no_name() {
+        for seed in 0..5 {
+            let rates = |i: usize| {
+                if i < 80 {
+                    0.2 * i as f64
+                } else {
+                    0.1 * (i - 80) as f64
+                }
+            };
+            assert_eq!(formed(seed, 0.0, 120, 40, rates), Form::MadeNew);
+        }
+    }
+
+    #[test]
+    fn sessions_of_launches_are_told_where_a_step_is_excluded() {
+        let launched = |seed, n: usize, hidden: &dyn Fn(usize) -> f64| {
+            let column = in_order(seed, 0.0, n, 30, &|i| i as f64, hidden);
+            let of = Column::Launch;
+            InOrder { of, ..column }.form(&Wander::new(n), seed).0
+        };
+        for seed in 0..5 {
+            let in_turn = launched(seed, 120, &|i| 4.0 * (i / 30 % 2) as f64);
+            assert_eq!(in_turn, Form::Sessions);
+            let changed_once = launched(seed, 60, &|i| 4.0 * (i / 30) as f64);
+            assert!(matches!(changed_once, Form::Step(_)), "{changed_once:?}");
+        }
+    }
+
+    #[test]
     fn what_cycles_slowly_or_wears_off_or_comes_back_each_session_has_no_name() {
         let cycle = |i: usize| 4.0 * (TAU * 2.3 * i as f64 / 120.0).sin();
         let worn_off = |i: usize| match i < 50 {
@@ -626,14 +657,14 @@ mod tests {
             let third = |i: usize| if i % 3 == 1 { 4.0 } else { 0.0 };
             assert_eq!(formed(seed, 0.0, 120, 60, third), Form::Cycle);
             let form = formed(seed, 0.0, 120, 30, each_session);
-            assert!(form.has_no_name(), "{form:?}");
+            assert!(form.has_no_name(Column::Friction), "{form:?}");
             // A wander may look like it.
             let form = formed(seed, 0.0, 120, 60, worn_off);
             assert!(matches!(form, Form::WearsOff | Form::Wander), "{form:?}");
             worn_off_told += usize::from(form == Form::WearsOff);
             for change in [0.02, 0.04, 0.08] {
                 let drift = formed(seed, 0.0, 120, 30, |i| change * i as f64);
-                assert!(!drift.has_no_name(), "{drift:?}");
+                assert!(!drift.has_no_name(Column::Friction), "{drift:?}");
             }
         }
         assert!(worn_off_told >= 4, "{worn_off_told} of 5");
