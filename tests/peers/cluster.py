@@ -22,7 +22,7 @@ from pathlib import Path
 import objects
 import scaling
 from checking import check, wrong
-from slurm import Slurm
+from slurm import NODES, Slurm
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PARTS = ["shards", "stopped", "kills", "slurm", "many", "objects"]
@@ -243,10 +243,14 @@ def slurm():
                 node = dice.choice(sorted(running))
                 tasks += cluster.lose(node)
                 lost, last = lost + 1, time.monotonic()
-                while "down" not in cluster.call("sinfo", "--noheader", "--Node", f"--nodes={node}", "--format=%T"):
+                while "down" not in cluster.state(node) and "*" not in cluster.state(node):
                     time.sleep(1)
                 cluster.start(node)
-            # Two minutes' rest, and a launch that failed because its node was lost in that moment, which an administrator releases.
+            # Two minutes' rest, and a launch that failed because its node was lost in that moment: Slurm drains the node and holds the task,
+            # and an administrator takes both back.
+            for node in NODES:
+                if "drain" in cluster.state(node):
+                    cluster.tell("update", f"NodeName={node}", "State=RESUME")
             for state in cluster.states(work):
                 task = state.split()[0]
                 if "BeginTime" in state:

@@ -92,9 +92,24 @@ class Slurm:
     def start(self, node):
         subprocess.run([self.sbin / "slurmd-wlm", "-N", node, "-d", self.sbin / "slurmstepd-wlm"], env=self.env, check=True, capture_output=True)
 
+    def state(self, node):
+        """As `sinfo` tells it; with `*` where the node does not answer."""
+        return self.call("sinfo", "--noheader", "--Node", f"--nodes={node}", "--format=%T")
+
+    def kill_server(self, name):
+        """Once: after that its number may be any other program's."""
+        number = int(self.pid_files[name].read_text())
+        try:
+            is_own = str(self.folder).encode() in Path(f"/proc/{number}/cmdline").read_bytes()
+        except OSError:
+            is_own = False
+        if is_own:
+            kill(number)
+        self.pid_files[name].unlink()
+
     def lose(self, node):
         """The node with all that runs on it, at once; how many workers that were."""
-        kill(int(self.pid_files[node].read_text()))
+        self.kill_server(node)
         steps, tasks, workers = [], [], 0
         for process in Path("/proc").glob("[0-9]*"):
             try:
@@ -155,4 +170,4 @@ class Slurm:
                 self.lose(node)
         for server in ["ctld", "munge"]:
             if self.pid_files[server].exists():
-                kill(int(self.pid_files[server].read_text()))
+                self.kill_server(server)

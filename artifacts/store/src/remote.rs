@@ -12,7 +12,7 @@ use objects::{ObjectError, Place};
 
 use crate::files::{MANIFEST, encode};
 use crate::store::{LATEST, VERSIONS};
-use crate::{ArtifactError, Contents, SIGNATURE, Signer, Store, load, version};
+use crate::{ArtifactError, Contents, Key, SIGNATURE, Signer, Store, load, version};
 
 /// So many numbers are tried where others, or what a stopped publisher left, have them.
 const TRIES: usize = 50;
@@ -113,18 +113,33 @@ fn put(folder: &Path, to: &Place, version: &str) -> Result<bool, ArtifactError> 
     Ok(true)
 }
 
-/// Copies a version (the one in use unless named) into the store of a folder; it is checked there before it has its name. Where that cannot
-/// be, and the copy has a whole one, that is used: then why, as a sentence. There being no such version is an error in any case.
+/// Copies a version (the one in use unless named) into the store of a folder; it is checked there, its signature too where there is a key, before
+/// it has its name. Where that cannot be, and the copy has a whole one, that is used: then why, as a sentence. That no version is in use, or
+/// not the one that is named, is an error in any case.
 pub fn pull(
     from: &Place,
     copy: &Store,
     version: Option<&str>,
+    key: Option<&Key>,
 ) -> Result<Option<String>, ArtifactError> {
-    let Err(error) = pulled(from, copy, version) else {
+    let named = named(from, version);
+    let is_gone = matches!(&named, Err(ArtifactError::Object(error)) if error.is_not_found());
+    let pulled = named.and_then(|named| {
+        let manifest = from.get(&format!("{VERSIONS}/{named}/{MANIFEST}"))?.0;
+        pulled(from, copy, &named, &manifest, key)?;
+        match version {
+            Some(_) => Ok(()),
+            None => copy.set_latest(&named),
+        }
+    });
+    let Err(error) = pulled else {
         return Ok(None);
     };
-    let is_gone = matches!(&error, ArtifactError::Object(error) if error.is_not_found());
-    match copy.load(version) {
+    let kept = match key {
+        Some(key) => copy.load_trusted(version, key).map(|(kept, _)| kept),
+        None => copy.load(version),
+    };
+    match kept {
         Ok(kept) if !is_gone => Ok(Some(format!(
             "failed to {error}: {} is used, the last that was copied to {} and verified",
             kept.version,
@@ -134,11 +149,9 @@ pub fn pull(
     }
 }
 
-fn pulled(from: &Place, copy: &Store, requested: Option<&str>) -> Result<(), ArtifactError> {
-    durable::create_dir(&copy.versions())?;
-    let _lock = copy.lock()?;
-    durable::sweep(&copy.versions())?;
-    let named = match requested {
+/// The version that is named, or in use there.
+fn named(from: &Place, version: Option<&str>) -> Result<String, ArtifactError> {
+    let named = match version {
         Some(version) => version.to_owned(),
         None => String::from_utf8_lossy(&from.get(LATEST)?.0)
             .trim_end()
@@ -150,36 +163,50 @@ fn pulled(from: &Place, copy: &Store, requested: Option<&str>) -> Result<(), Art
             found: named.chars().take(40).collect(),
         });
     }
+    Ok(named)
+}
+
+fn pulled(
+    from: &Place,
+    copy: &Store,
+    named: &str,
+    manifest: &[u8],
+    key: Option<&Key>,
+) -> Result<(), ArtifactError> {
     let there = |file: &str| format!("{VERSIONS}/{named}/{file}");
-    let manifest = from.get(&there(MANIFEST))?.0;
     let signature = match from.get(&there(SIGNATURE)) {
         Ok((bytes, _)) => Some(bytes),
         Err(ObjectError::NotFound { .. }) => None,
         Err(error) => return Err(error.into()),
     };
-    let folder = copy.version_dir(&named);
+    // Nothing is made here before a store has answered.
+    durable::create_dir(&copy.versions())?;
+    let _lock = copy.lock()?;
+    durable::sweep(&copy.versions())?;
+    let folder = copy.version_dir(named);
     let is_kept =
         |file: &str, bytes: &[u8]| fs::read(folder.join(file)).is_ok_and(|kept| kept == bytes);
     let is_signed = match &signature {
         Some(bytes) => is_kept(SIGNATURE, bytes),
         None => !folder.join(SIGNATURE).exists(),
     };
-    if !(is_signed && is_kept(MANIFEST, &manifest) && copy.verify(Some(&named)).is_ok()) {
-        let aside = copy.versions().join(format!(".{named}.partial"));
-        durable::create_dir(&aside)?;
-        for file in load::listed(&manifest, &named)? {
-            durable::write_bytes(&aside.join(&file), &from.get(&there(&file))?.0)?;
-        }
-        durable::write_bytes(&aside.join(MANIFEST), &manifest)?;
-        if let Some(bytes) = &signature {
-            durable::write_bytes(&aside.join(SIGNATURE), bytes)?;
-        }
-        load::load(&aside, &named)?;
-        durable::remove_dir(&folder)?;
-        durable::rename(&aside, &folder)?;
+    let is_sound = |dir: &Path| match key {
+        Some(key) => load::load_trusted(dir, named, key).map(drop),
+        None => load::load(dir, named).map(drop),
+    };
+    if is_signed && is_kept(MANIFEST, manifest) && is_sound(&folder).is_ok() {
+        return Ok(());
     }
-    match requested {
-        Some(_) => Ok(()),
-        None => copy.set_latest(&named),
+    let aside = copy.versions().join(format!(".{named}.partial"));
+    durable::create_dir(&aside)?;
+    for file in load::listed(manifest, named)? {
+        durable::write_bytes(&aside.join(&file), &from.get(&there(&file))?.0)?;
     }
+    durable::write_bytes(&aside.join(MANIFEST), manifest)?;
+    if let Some(bytes) = &signature {
+        durable::write_bytes(&aside.join(SIGNATURE), bytes)?;
+    }
+    is_sound(&aside)?;
+    durable::remove_dir(&folder)?;
+    Ok(durable::rename(&aside, &folder)?)
 }

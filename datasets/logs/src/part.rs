@@ -109,7 +109,12 @@ pub fn copy<E: From<durable::Error>>(
     read: Ranges<'_, E>,
 ) -> Result<(), E> {
     let mut written = 0;
-    let mut sha256 = source.sha256.map(String::from);
+    // A hash that another content had is a stale one.
+    let is_stale = |sha256: &&str| {
+        Origin::of(copy).is_some_and(|old| old.sha256 == *sha256 && old.tag != source.tag)
+    };
+    let sha256 = source.sha256.filter(|sha256| !is_stale(sha256));
+    let mut sha256 = sha256.map(String::from);
     durable::write_as::<E>(writer, copy, |file| {
         let mut put = |bytes: &[u8]| {
             written += bytes.len() as u64;

@@ -1,5 +1,6 @@
 //! A prefix of a store, and its objects.
 
+use std::ffi::OsString;
 use std::future::Future;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -38,6 +39,45 @@ pub struct Place {
     folder: Option<PathBuf>,
 }
 
+/// Whether a variable of the environment is a store's own address.
+fn is_endpoint(name: &str) -> bool {
+    name.ends_with("ENDPOINT") || name.contains("ENDPOINT_URL")
+}
+
+/// The variables of the environment that stores read.
+fn variables() -> impl Iterator<Item = (String, OsString)> {
+    let is_theirs = |name: &str| {
+        let prefixes = ["AWS_", "GOOGLE_", "AZURE_"];
+        prefixes.iter().any(|prefix| name.starts_with(prefix))
+    };
+    let all =
+        std::env::vars_os().filter_map(|(name, value)| Some((name.into_string().ok()?, value)));
+    all.filter(move |(name, _)| is_theirs(name))
+}
+
+/// What no request can be made of.
+fn check_environment() -> Result<(), String> {
+    for (name, value) in variables() {
+        let text = value.to_str().unwrap_or("\n");
+        // Google's key may be a text of many lines.
+        if text.contains(char::is_control) && !name.starts_with("GOOGLE_") {
+            return Err(format!(
+                "{name} holds a line break, or what is no text; set it anew"
+            ));
+        }
+        let is_address = |url: &Url| ["http", "https"].contains(&url.scheme()) && url.has_host();
+        let has_ascii_host = |url: &Url| url.host_str().is_some_and(|host| text.contains(host));
+        if is_endpoint(&name)
+            && !Url::parse(text).is_ok_and(|url| is_address(&url) && has_ascii_host(&url))
+        {
+            return Err(format!(
+                "{name} is no address; give https://HOST or http://HOST:PORT"
+            ));
+        }
+    }
+    Ok(())
+}
+
 impl Place {
     /// A place by its URL; nothing is asked yet.
     pub fn open(url: &str) -> Result<Self, ObjectError> {
@@ -61,6 +101,7 @@ impl Place {
                 "credentials are given in the environment, and in no URL",
             ));
         }
+        check_environment().map_err(|why| wrong(&why))?;
         let retry = RetryConfig {
             backoff: BackoffConfig {
                 init_backoff: Duration::from_millis(50),
@@ -133,14 +174,18 @@ impl Place {
         &self.url
     }
 
-    /// Where copies of it lie below a folder: `s3/BUCKET/PREFIX`.
+    /// Where copies of it lie below a folder: `s3/BUCKET/PREFIX`, of a store at an address of its own `s3/ADDRESS/BUCKET/PREFIX`.
     pub fn below(&self, folder: &Path) -> PathBuf {
-        let parts = self
-            .url
-            .split('/')
-            .filter(|part| !part.is_empty() && *part != "..");
+        let (scheme, rest) = self.url.split_once("://").unwrap_or(("", &self.url));
+        let of_s3 = |name: &str| name.starts_with("AWS_ENDPOINT") && is_endpoint(name);
+        let at = variables().find(|(name, _)| scheme == "s3" && of_s3(name));
+        let at = at.map(|(_, at)| at.to_string_lossy().into_owned());
+        let at = at.as_deref().and_then(|at| at.split_once("://"));
+        let parts = [scheme, at.map_or("", |(_, at)| at)];
+        let parts = parts.into_iter().chain(rest.split('/'));
+        let parts = parts.filter(|part| !part.is_empty() && *part != "..");
         parts.fold(folder.into(), |path, part| {
-            path.join(part.trim_end_matches(':'))
+            path.join(part.trim_end_matches('/'))
         })
     }
 

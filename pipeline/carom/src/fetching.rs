@@ -105,7 +105,8 @@ fn wanted(rig: &Rig) -> Wanted {
     }
 }
 
-/// The hashes that lie beside the logs, by the logs' names. One of a log that was replaced after it was hashed is not believed.
+/// The hashes that lie beside the logs, by the logs' names. One of a log that was replaced after it was hashed, or that two logs have, is not
+/// believed.
 fn sums(place: &Place, listed: &[Object]) -> Result<BTreeMap<String, String>, Error> {
     let mut sums = BTreeMap::new();
     for file in listed.iter().filter(|object| object.name.ends_with(SUMS)) {
@@ -126,6 +127,9 @@ fn sums(place: &Place, listed: &[Object]) -> Result<BTreeMap<String, String>, Er
             }
         }
     }
+    // Two logs are not alike: such hashes are read from the logs.
+    let all: Vec<String> = sums.values().cloned().collect();
+    sums.retain(|_, sha256| all.iter().filter(|other| *other == sha256).count() == 1);
     Ok(sums)
 }
 

@@ -104,6 +104,11 @@ impl Trust {
         })
     }
 
+    /// The public key.
+    pub fn key(&self) -> &Key {
+        &self.key
+    }
+
     /// A version (the one in use unless named) after every check. `fits` says whether it is this robot's; only one that is
     /// becomes the newest seen.
     pub fn load<E: From<TrustError>>(

@@ -33,13 +33,13 @@ fn what_was_rolled_back_is_not_published_again_in_silence() {
 
 /// A key pair of minisign.
 #[derive(Debug)]
-struct Signing {
+pub struct Signing {
     pair: minisign::KeyPair,
     key: Key,
 }
 
 impl Signing {
-    fn new() -> Arc<Self> {
+    pub fn new() -> Arc<Self> {
         let pair = minisign::KeyPair::generate_unencrypted_keypair().expect("a pair");
         let key = Key::parse(&pair.pk.to_base64()).expect("a key");
         Arc::new(Self { pair, key })

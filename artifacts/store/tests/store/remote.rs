@@ -7,6 +7,7 @@ use objects::Place;
 use store::*;
 
 use crate::fixture::{contents, names};
+use crate::publishing::Signing;
 
 fn fresh() -> (tempfile::TempDir, Store) {
     let dir = tempfile::tempdir().expect("folder");
@@ -33,14 +34,17 @@ fn what_is_pushed_is_pulled_and_a_copy_is_used_where_the_store_fails() {
     assert!(error.to_string().contains("v0002 is in use now"), "{error}");
 
     let (dir, copy) = fresh();
-    assert_eq!(pull(&place, &copy, None).expect("pulls"), None);
+    assert_eq!(pull(&place, &copy, None, None).expect("pulls"), None);
     let loaded: Contents = copy.load(None).expect("whole").into();
     assert_eq!(loaded, contents(0.3));
     assert_eq!(
         names(&dir.path().join("versions")),
         [".lock", "v0002"].map(String::from).into()
     );
-    assert_eq!(pull(&place, &copy, Some("v0001")).expect("pulls"), None);
+    assert_eq!(
+        pull(&place, &copy, Some("v0001"), None).expect("pulls"),
+        None
+    );
     assert_eq!(copy.latest().expect("stays"), "v0002");
 
     // Half a version there, which `latest` should never name: what was copied before stays in use.
@@ -58,20 +62,53 @@ fn what_is_pushed_is_pulled_and_a_copy_is_used_where_the_store_fails() {
             .create("versions/v0003/manifest.json", b"{\"schema\": 2}")
             .expect("creates")
     );
-    let said = pull(&place, &copy, None)
+    let said = pull(&place, &copy, None, None)
         .expect("falls back")
         .expect("says so");
     assert!(said.contains("v0002 is used"), "{said}");
     assert_eq!(copy.load(None).expect("whole").version, "v0002");
     let (_none, nothing) = fresh();
-    pull(&place, &nothing, None).expect_err("no copy, and half a version");
+    pull(&place, &nothing, None, None).expect_err("no copy, and half a version");
     assert!(nothing.latest().is_err());
     // Publishing anew mends it.
     assert_eq!(
         push(&contents(0.5), &place, None, None).expect("pushes"),
         "v0004"
     );
-    assert_eq!(pull(&place, &nothing, None).expect("pulls"), None);
+    assert_eq!(pull(&place, &nothing, None, None).expect("pulls"), None);
+}
+
+#[test]
+fn what_the_key_does_not_trust_takes_no_copys_place() {
+    let place = Place::in_memory();
+    let signing = Signing::new();
+    push(&contents(0.2), &place, None, Some(signing.clone())).expect("pushes");
+    let (dir, copy) = fresh();
+    let key = Some(signing.key());
+    assert_eq!(pull(&place, &copy, None, key).expect("pulls"), None);
+    let kept = names(&dir.path().join("versions/v0001"));
+    let signature = "versions/v0001/manifest.json.minisig";
+    let tag = place.get(signature).expect("there").1;
+    let another = b"untrusted comment: none";
+    place
+        .swap(signature, another, tag.as_deref())
+        .expect("swaps");
+    let said = pull(&place, &copy, None, key).expect("falls back");
+    assert!(said.expect("says so").contains("v0001 is used"));
+    assert_eq!(names(&dir.path().join("versions/v0001")), kept);
+    copy.load_trusted(None, signing.key())
+        .expect("is trusted still");
+    let (none, nothing) = fresh();
+    pull(&place, &nothing, None, key).expect_err("no copy, and nobody vouches");
+    assert!(nothing.latest().is_err() && !none.path().join("versions/v0001").exists());
+}
+
+#[test]
+fn a_place_without_versions_leaves_nothing_in_a_copy() {
+    let (dir, copy) = fresh();
+    pull(&Place::in_memory(), &copy, None, None).expect_err("nothing there");
+    pull(&Place::in_memory(), &copy, Some("v0001"), None).expect_err("nothing there");
+    assert!(names(dir.path()).is_empty());
 }
 
 #[test]
@@ -88,7 +125,7 @@ fn what_a_stopped_publisher_left_is_passed_over() {
         "v0003"
     );
     let (_dir, copy) = fresh();
-    pull(&place, &copy, None).expect("pulls");
+    pull(&place, &copy, None, None).expect("pulls");
     assert_eq!(copy.latest().expect("named"), "v0003");
 }
 
@@ -98,7 +135,7 @@ fn a_path_in_a_manifest_leads_nowhere() {
     place.create("latest", b"../../etc\n").expect("creates");
     let (_dir, copy) = fresh();
     assert!(matches!(
-        pull(&place, &copy, None),
+        pull(&place, &copy, None, None),
         Err(ArtifactError::BadLatest { .. })
     ));
 }
@@ -132,7 +169,7 @@ fn of_six_publishers_at_once_one_wins_and_the_others_are_told() {
             assert!(is_clear, "race {race}: {result:?}");
         }
         let (_dir, copy) = fresh();
-        pull(&place, &copy, None).expect("pulls");
+        pull(&place, &copy, None, None).expect("pulls");
         let used: Contents = copy.load(None).expect("whole").into();
         assert_eq!(used, won[0].1);
     }

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use objects::{ObjectError, Place};
 use store::{ArtifactError, Store};
-use strike::{Args, tell};
+use strike::{Args, Trust, TrustError, tell};
 
 use super::Failure;
+use super::load::{configured, trust};
 
 /// The folder of a copy that is as new as it can be had; a path is that folder itself. What could not be had is told.
 pub fn local(args: &Args) -> Result<PathBuf, Failure> {
@@ -20,11 +21,13 @@ pub fn local(args: &Args) -> Result<PathBuf, Failure> {
     };
     let place = Place::open(url).map_err(Failure::input)?;
     let folder = place.below(&own_folder()?);
-    let offline = store::pull(&place, &Store::open(&folder), args.version.as_deref());
+    let trust = trust(&configured(args)?)?;
+    let key = trust.as_ref().map(Trust::key);
+    let offline = store::pull(&place, &Store::open(&folder), args.version.as_deref(), key);
     let offline = offline.map_err(|error| match error {
         ArtifactError::Busy { .. } => Failure::Busy(error.to_string()),
         ArtifactError::Object(ObjectError::Store { .. }) => Failure::failed(error),
-        error => Failure::input(error),
+        error => TrustError::from(error).into(),
     });
     if let Some(why) = offline? {
         tell(&format!("strike: {why}"));

@@ -22,11 +22,7 @@ pub fn load(args: &Args) -> Result<(Artifact, Rig), Failure> {
         None => None,
         Some(path) => Some((path, load_rig(path)?)),
     };
-    let trust = config
-        .key
-        .as_deref()
-        .map(|key| Trust::open(key, config.seen.as_deref()))
-        .transpose()?;
+    let trust = trust(&config)?;
     let is_own = |artifact: &Artifact| match &own {
         None => Ok(()),
         Some((path, rig)) => identity::check(&artifact.rig, rig).map_err(|other| {
@@ -54,8 +50,14 @@ pub fn load(args: &Args) -> Result<(Artifact, Rig), Failure> {
     Ok((artifact, rig))
 }
 
+/// Whom to trust, where a key is configured.
+pub(super) fn trust(config: &Config) -> Result<Option<Trust>, Failure> {
+    let open = |key: &PathBuf| Trust::open(key, config.seen.as_deref());
+    Ok(config.key.as_ref().map(open).transpose()?)
+}
+
 /// What is configured, and what the command line says in its place.
-fn configured(args: &Args) -> Result<Config, Failure> {
+pub(super) fn configured(args: &Args) -> Result<Config, Failure> {
     let file = match &args.config {
         Some(path) => Config::load(path),
         None => {

@@ -55,6 +55,26 @@ fn good_and(more: &[&'static str]) -> Vec<&'static str> {
 }
 
 #[test]
+fn an_address_of_a_store_that_is_none_is_named() {
+    for (name, value) in [
+        ("AWS_ENDPOINT", "localhost:5920"),
+        ("AWS_ENDPOINT_URL", ""),
+        ("AWS_ACCESS_KEY_ID", "a\nb"),
+    ] {
+        let home = tempfile::tempdir().unwrap();
+        let output = command("s3://bucket/table".as_ref(), &GOOD)
+            .env(name, value)
+            .env("HOME", home.path())
+            .output()
+            .unwrap();
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(name), "{said}");
+        assert!(std::fs::read_dir(home.path()).unwrap().next().is_none());
+    }
+}
+
+#[test]
 fn the_version_alone_asks_for_the_programs_own() {
     for flag in ["--version", "-V"] {
         let output = Command::new(env!("CARGO_BIN_EXE_strike"))
