@@ -24,7 +24,8 @@ use crate::inputs::Inputs;
 use crate::left_out::LeftOut;
 use crate::nightly::{
     Change, ExecutorGate, FleetNight, HeldOutGate, Log, Night, RigNight, Server, Since, Status,
-    changed, compare_held_out, keep, kept, new_strikes, plan_paths, promised, recipes, unseen,
+    changed, compare_held_out, gone, keep, kept, new_strikes, plan_paths, promised, recipes,
+    unseen,
 };
 use crate::pipeline::{Step, pipeline};
 use crate::publishing::store_error;
@@ -311,7 +312,22 @@ fn work(
                 &json!({ "drift": night.drift, "missing": night.missing }),
             );
             let was_quarantined = last.as_ref().is_some_and(|last| last.quarantined);
-            if !was_quarantined && scatters(run, [earlier, latest], &results, &mut night)? {
+            let gone = gone(before, &results.read.logs);
+            if !gone.is_empty() {
+                night.why.push(format!(
+                    "what {} learnt from is no longer there: {}; put it back, or publish without it by `carom run`",
+                    before.version,
+                    gone.join(", ")
+                ));
+            }
+            if !gone.is_empty() && night.new_logs.is_empty() {
+                // Nothing was learnt that the version in use does not know.
+                night.status = Status::Kept;
+                Choice {
+                    chosen: None,
+                    waits: None,
+                }
+            } else if !was_quarantined && scatters(run, [earlier, latest], &results, &mut night)? {
                 Choice {
                     chosen: None,
                     waits: None,

@@ -15,5 +15,5 @@ pub use fleet::{FleetNight, RigNight, recipes};
 pub use held_out_gate::{HeldOutGate, compare_held_out, unseen};
 pub use log::Log;
 pub use mlflow::Server;
-pub use new_data::{changed, new_strikes};
+pub use new_data::{changed, gone, new_strikes};
 pub use night::{Night, Status, keep, kept};

@@ -26,6 +26,13 @@ pub fn changed<'a>(before: &'a Artifact, logs: &[LogFile]) -> impl Iterator<Item
     known.filter(move |input| !there.contains(&input.sha256))
 }
 
+/// Names of logs that a version was computed from, of which nothing is there now: neither their content nor, grown, their name.
+pub fn gone(before: &Artifact, logs: &[LogFile]) -> Vec<String> {
+    let is_absent = |input: &&InputFile| logs.iter().all(|log| log.name != input.name);
+    let gone = changed(before, logs).filter(is_absent);
+    gone.map(|input| input.name.clone()).collect()
+}
+
 /// Strikes that a version was not computed from: those of new logs; of a log that has grown, those after all that it knew. A
 /// log has grown that holds a strike of one that has [`changed`]; those are `known`, by their ids.
 pub fn new_strikes(

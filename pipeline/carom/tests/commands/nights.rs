@@ -69,6 +69,19 @@ fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_
     let next = carom(&format!("nightly {usual}")).expect("a decision").json;
     assert_ne!(next["status"], "nothing_new", "{next}");
     assert_eq!(json(&run, "nightly.json")["before"], "v0002");
+
+    // Less than it learnt from is no reason to replace it.
+    let in_use = latest();
+    for session in [1, 2] {
+        fs::remove_file(dir.join(format!("logs/session_{session:03}.mcap"))).expect("removed");
+    }
+    let poorer = carom(&format!("nightly {usual}")).expect("a decision").json;
+    assert_eq!(poorer["status"], "kept", "{poorer}");
+    assert!(
+        poorer["why"].to_string().contains("session_001.mcap"),
+        "{poorer}"
+    );
+    assert_eq!(latest(), in_use);
 }
 
 /// A folder with a rig file and one for its logs.
