@@ -15,6 +15,6 @@ mod place;
 #[cfg(not(feature = "client"))]
 pub use absent::Place;
 pub use error::ObjectError;
-pub use object::{Object, is_url, path_of};
+pub use object::{Object, is_url, own_folder, path_of};
 #[cfg(feature = "client")]
 pub use place::Place;

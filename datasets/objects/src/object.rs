@@ -12,6 +12,16 @@ pub fn path_of(url: &Path) -> Option<PathBuf> {
     url.to_str()?.strip_prefix("file://").map(PathBuf::from)
 }
 
+/// A folder of this user's own programs: the one that the variable of the environment names, or the one below their home; none where neither is set.
+pub fn own_folder(variable: &str, below_home: &str) -> Option<PathBuf> {
+    let set = |name| {
+        std::env::var_os(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
+    };
+    set(variable).or_else(|| Some(set("HOME")?.join(below_home)))
+}
+
 /// An object as a list tells of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {

@@ -1,7 +1,6 @@
 //! Logs by URL: copies of what is needed of them, which are read as any other log. A copy is made again where its log has another ETag.
 
 use std::collections::BTreeMap;
-use std::env;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -145,12 +144,7 @@ fn writer() -> String {
 
 /// For commands that have no run: kept between them.
 fn own_folder() -> Result<PathBuf, Error> {
-    let set = |name| {
-        env::var_os(name)
-            .map(PathBuf::from)
-            .filter(|path| path.is_absolute())
-    };
-    let cache = set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
+    let cache = objects::own_folder("XDG_CACHE_HOME", ".cache");
     let cache = cache.ok_or_else(|| {
         Error::input(
             "find a folder for copies of logs: neither XDG_CACHE_HOME nor HOME is set; set one",

@@ -69,8 +69,8 @@ pub(crate) const WIDE_BAND: f64 = 2.5;
 /// Least difference of the levels inside and outside, of 1, for an edge to be one.
 const LEAST_STEP: f32 = 0.62;
 
-/// The object's light along a ray, of its middle's, is less than this: else the edge of a hard shadow runs between, and the profile's area
-/// shows of that edge.
+/// The contrast along a ray, of that of the object's middle, is less than this: else the edge of a hard shadow runs between, and the profile's
+/// area shows of that edge.
 const MOST_VALUE: f32 = 1.52;
 
 /// The least difference of a ray's own two colours, of the brighter one's light and of 1, and how far samples of an edge between them

@@ -1,6 +1,5 @@
 //! Artifacts by URL: a copy on this computer, which strikes when the store cannot be reached.
 
-use std::env;
 use std::path::PathBuf;
 
 use objects::{ObjectError, Place};
@@ -37,12 +36,7 @@ pub fn local(args: &Args) -> Result<PathBuf, Failure> {
 
 /// What this user's programs keep: a copy is needed when nothing else is there.
 fn own_folder() -> Result<PathBuf, Failure> {
-    let set = |name| {
-        env::var_os(name)
-            .map(PathBuf::from)
-            .filter(|path| path.is_absolute())
-    };
-    let data = set("XDG_DATA_HOME").or_else(|| Some(set("HOME")?.join(".local/share")));
+    let data = objects::own_folder("XDG_DATA_HOME", ".local/share");
     let data = data.ok_or_else(|| Failure::input("find a folder for the copy of the artifact: neither XDG_DATA_HOME nor HOME is set; set one"))?;
     Ok(data.join("carom/artifacts"))
 }
