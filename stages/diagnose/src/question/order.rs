@@ -37,7 +37,7 @@ const LASTS: [f64; 3] = [0.06, 0.125, 0.25];
 const AT_A_LEVEL: f64 = 0.25;
 /// Places of a beginning that are tried.
 const BEGINNINGS: usize = 40;
-/// Places at which a table may have been cleaned.
+/// Places at which a table may have been cleaned, where forms are compared to those of wanders. Every strike would cost that test power.
 const CLEANINGS: usize = 20;
 /// −2 ln L by which a form that the library has no effect for must be better: a hundred to one.
 const EXCLUDED: f64 = 9.2;
@@ -97,6 +97,9 @@ impl Form {
         }
     }
 }
+
+/// A form, the functions that it takes, and how many values it has.
+type Described = (Form, Vec<DVector<f64>>, f64);
 
 /// One column, to be asked about its order.
 pub(super) struct InOrder {
@@ -213,14 +216,14 @@ impl InOrder {
     ///
     /// With it, functions of the strikes that hold what is of this form; none of a wander.
     pub(super) fn form(&self, wander: &Wander, seed: u64) -> (Form, Vec<DVector<f64>>) {
-        let (forms, steps) = (self.forms(), self.steps());
+        let (mut forms, steps) = (self.forms(), self.steps());
         let n = self.values.len();
         let beside = wander.beside(&self.beside.0);
         let smooth = wander.smooth();
         let smooth = smooth.beside(&self.beside.0);
         let values = (n as f64).ln();
         // Bayes' information criterion of each other form, in the order of `forms`, and of the best step.
-        let all = |column: &DVector<f64>| -> Vec<(Form, f64)> {
+        let all = |column: &DVector<f64>, forms: &[Described]| -> Vec<(Form, f64)> {
             let whole = column.norm_squared();
             let criterion = |taken: f64, count: f64| {
                 n as f64 * ((whole - taken).max(1e-300) / n as f64).ln() + count * values
@@ -251,14 +254,14 @@ impl InOrder {
             let by_smooth = deviance - smooth.likeliest(column).1;
             (ratio, [by_form, by_smooth, largest(&innovations)])
         };
-        let own = all(&self.values);
+        let own = all(&self.values, &forms);
         let (ratio, statistics) = compared(&self.values, &own);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut rows = vec![statistics];
         rows.extend((0..DRAWN).map(|_| {
             let independent = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
             let drawn = self.beside.off(wander.drawn(ratio, &independent));
-            compared(&drawn, &all(&drawn)).1
+            compared(&drawn, &all(&drawn, &forms)).1
         }));
         if share_as_far(&rows) >= REAL {
             let [by_form, ..] = statistics;
@@ -268,6 +271,9 @@ impl InOrder {
             };
             return (form, Vec::new());
         }
+        // It is none: now the strike at which it was made as new is sought among all.
+        forms.extend(self.made_new(1));
+        let own = all(&self.values, &forms);
         let best = least(&own, &|_| true);
         let named = least(&own, &|form| {
             !form.has_no_name(self.of) && form != Form::DriftAndSessions
@@ -314,8 +320,8 @@ impl InOrder {
             .all(|k| gain(strike) - gain(k) > EXCLUDED * left)
     }
 
-    /// The other forms but a step, each with the functions that it takes and how many values it has.
-    fn forms(&self) -> Vec<(Form, Vec<DVector<f64>>, f64)> {
+    /// The other forms but a step.
+    fn forms(&self) -> Vec<Described> {
         let place = self.place();
         let mut forms = Vec::new();
         // The library's effects go on while strikes take no part; what changes with those that do is as plain.
@@ -343,13 +349,7 @@ impl InOrder {
                 }
             }
         }
-        let every = (self.values.len() / CLEANINGS).max(1);
-        for k in (SIDE..self.values.len() - SIDE).step_by(every) {
-            let cleaned = place[k];
-            let before = place.map(|t| if t < cleaned { t } else { 0.0 });
-            let after = place.map(|t| (t - cleaned).max(0.0));
-            forms.push((Form::MadeNew, self.beside(vec![before, after]), 3.0));
-        }
+        forms.extend(self.made_new((self.values.len() / CLEANINGS).max(1)));
         for each in self.in_turn() {
             let count = each.len() as f64 + 1.0;
             forms.push((Form::Cycle, self.beside(each), count));
@@ -373,6 +373,18 @@ impl InOrder {
             forms.push((Form::Sessions, self.beside(sessions), count));
         }
         forms
+    }
+
+    /// Wear that is made as new at one strike of so many.
+    fn made_new(&self, every: usize) -> impl Iterator<Item = Described> {
+        let place = self.place();
+        let strikes = (SIDE..self.values.len() - SIDE).step_by(every);
+        strikes.map(move |k| {
+            let cleaned = place[k];
+            let before = place.map(|t| if t < cleaned { t } else { 0.0 });
+            let after = place.map(|t| (t - cleaned).max(0.0));
+            (Form::MadeNew, self.beside(vec![before, after]), 3.0)
+        })
     }
 
     /// Functions that hold more of a cycle than those by which it was found, of this criterion: waves and their harmonics, and wear that is made as
