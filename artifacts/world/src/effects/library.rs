@@ -42,6 +42,7 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::local_pull::SPEC,
     &super::path_curl::SPEC,
     &super::camera_stretch::SPEC,
+    &super::table_tilt_by_session::SPEC,
 ];
 
 /// Parameters of an effect that are told where another is not known.

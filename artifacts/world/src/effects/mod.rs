@@ -40,6 +40,7 @@ mod striker_speed_error;
 mod table_bowl;
 mod table_map;
 mod table_tilt;
+mod table_tilt_by_session;
 #[cfg(test)]
 mod tests;
 mod viscous_drag;

@@ -83,6 +83,8 @@ pub enum Family {
     FrictionByHeading,
     /// Force, by place on the table.
     ForceByPlace,
+    /// Force, by session.
+    ForceBySession,
     /// Launch speed, by commanded speed.
     LaunchSpeed,
     /// Restitution, by impact speed.
@@ -108,7 +110,10 @@ impl Family {
     pub fn is_by_order(self) -> bool {
         matches!(
             self,
-            Self::FrictionByOrder | Self::RestitutionByOrder | Self::LaunchAngleByOrder
+            Self::FrictionByOrder
+                | Self::RestitutionByOrder
+                | Self::LaunchAngleByOrder
+                | Self::ForceBySession
         )
     }
 

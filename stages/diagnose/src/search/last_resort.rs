@@ -139,7 +139,8 @@ fn held_beside(selection: &Selection<'_>, candidate: &Candidate) -> Vec<&'static
 
 /// Whether a candidate stands in the place of such an effect: of one of its kind; a surface of any shape, for which patches and edges of friction or a
 /// lens may have been taken, of those too: beside a lens it would take what the lens's form leaves. A path that curls is taken for a slope and a
-/// grain together; a picture that is stretched, for an arm that errs by angle and a grain.
+/// grain together; a picture that is stretched, for an arm that errs by angle and a grain; a table that slopes otherwise in each session, for
+/// directions, friction and a slope.
 fn takes_place_of(candidate: &str, held: &str) -> bool {
     match (kind(candidate), kind(held)) {
         (Some(Family::ForceByPlace), Some(Family::FrictionByPlace | Family::SeenByPlace)) => true,
@@ -147,6 +148,10 @@ fn takes_place_of(candidate: &str, held: &str) -> bool {
         (
             Some(Family::SeenByHeading),
             Some(Family::LaunchAngle | Family::LaunchAngleByCommand | Family::FrictionByHeading),
+        ) => true,
+        (
+            Some(Family::ForceBySession),
+            Some(Family::FrictionByOrder | Family::LaunchAngleByOrder | Family::ForceByPlace),
         ) => true,
         (candidate, held) => candidate == held,
     }

@@ -161,6 +161,12 @@ fn fitted_values_are_stated_in_a_sentence() {
              points, pixels that are not square); calibrate it again, and measure a known length both ways",
         ),
         (
+            "table_tilt_by_session",
+            &[("a.mcap", 0.003), ("b.mcap tilt_y", 0.004)],
+            "the table slopes down otherwise in each session: by 3.0 mm per metre towards 0° from +x in a.mcap, by 4.0 mm per metre towards 90° from \
+             +x in b.mcap; it was moved or levelled between them, or a draught came from elsewhere: level it, fix it, and log again",
+        ),
+        (
             "camera_lean",
             &[("lean_x", 0.035)],
             "the camera leans: it shows lengths 3.5 % smaller for every metre towards 0° from +x",
