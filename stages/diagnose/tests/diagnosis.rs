@@ -374,6 +374,33 @@ fn a_table_of_bumps_is_named_and_what_pulls_towards_one_place_is_stated() {
 }
 
 #[test]
+fn a_table_that_is_levelled_anew_for_each_session_is_no_arm_and_no_friction() {
+    let tilts = ["-0.012,0.02", "0.015,-0.02", "0.01,0.025"];
+    let mut all = input("none", 2, 1);
+    all.strikes.clear();
+    for (tilt, seed) in tilts.into_iter().zip(50..) {
+        let session = format!("{seed}.mcap");
+        let strikes = input(&format!("table_tilt={tilt}"), 40, seed).strikes;
+        all.strikes.extend(strikes.into_iter().map(|mut strike| {
+            strike.id = format!("{session}/{}", strike.id);
+            strike.log.clone_from(&session);
+            strike.conditions.session.clone_from(&session);
+            strike.conditions.order += 40.0 * (seed - 50) as f64;
+            strike
+        }));
+    }
+    let diagnosis = diagnose(&all).diagnosis;
+    assert_eq!(
+        diagnosis.verdict,
+        Verdict::Unexplained,
+        "{}",
+        diagnosis.summary
+    );
+    let said = "the table slopes down otherwise in each session";
+    assert!(diagnosis.summary.contains(said), "{}", diagnosis.summary);
+}
+
+#[test]
 fn a_seam_along_which_strikes_go_is_no_smooth_field() {
     // Along +x, nearly: y = 0.05 · (x - 0.3).
     let seam = diagnose(&input("friction_step=0.3,20,0,0.2,0.005", 120, 48));
