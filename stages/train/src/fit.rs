@@ -3,7 +3,6 @@
 use burn::{
     module::Module,
     nn::loss::{MseLoss, Reduction},
-    optim::{AdamConfig, GradientsParams},
     tensor::{Device, Tensor, TensorData},
 };
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
@@ -14,6 +13,7 @@ use values::{Residual, Split};
 
 use crate::{
     Settings, TrainError,
+    adam::Adam,
     model::Model,
     scaling::{Scaling, inputs, targets},
     schedule::{Schedule, Verdict},
@@ -215,7 +215,7 @@ impl Scaled {
 /// Model, optimiser and the rows that learn.
 struct Trainer {
     model: Model,
-    optimiser: burn::optim::ModuleOptimizer,
+    optimiser: Adam,
     rows: Scaled,
     /// Rows of this pass that no step has seen yet, the next one last.
     waiting: Vec<usize>,
@@ -234,7 +234,7 @@ impl Trainer {
         let device = Device::flex().autodiff();
         Self {
             model: Model::new(&mut rng(0), &device),
-            optimiser: AdamConfig::new().init(),
+            optimiser: Adam::default(),
             rows: Scaled::of(pairs, scaling),
             waiting: Vec::new(),
             shuffles: rng(1),
@@ -273,7 +273,7 @@ impl Trainer {
         };
         let inputs = numbers(rows.inputs.iter().copied().flatten().collect(), 4);
         let targets = numbers(rows.targets.iter().copied().flatten().collect(), 2);
-        let answers = self.model.valid().forward(inputs, None);
+        let answers = self.model.valid().forward(inputs);
         (answers - targets).abs().mean().into_scalar::<f64>()
     }
 
@@ -294,11 +294,10 @@ impl Trainer {
             batch.len(),
         );
         let mask = self.mask(batch.len(), dropout);
-        let outputs = self.model.forward(inputs, mask);
+        let outputs = self.model.learn(inputs, mask);
         let loss = MseLoss::new().forward(outputs, targets, Reduction::Mean);
-        let gradients = GradientsParams::from_grads(loss.backward(), &self.model);
-        let value = loss.into_scalar::<f64>();
-        self.model = self.optimiser.step(rate, self.model.clone(), gradients);
+        let (gradients, value) = (loss.backward(), loss.into_scalar::<f64>());
+        self.model = self.optimiser.step(rate, self.model.clone(), &gradients);
         value
     }
 

@@ -9,6 +9,7 @@
 //! Initial weights, shuffles, dropout and folds are drawn from the seed in the settings and nothing else, so that the same strikes
 //! give the same bytes, whatever runs beside it.
 
+mod adam;
 mod best;
 mod candidate;
 mod curve;

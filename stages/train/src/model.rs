@@ -2,14 +2,22 @@
 
 use burn::{
     module::{Module, Param},
-    nn::{BatchNorm, BatchNormConfig, Linear},
-    tensor::{Device, Tensor, TensorData, activation::relu},
+    nn::Linear,
+    tensor::{
+        Device, Tensor, TensorData,
+        activation::relu,
+        module::{batch_norm, batch_norm_train},
+    },
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use store::network::{LAYERS, Layer, Network, NetworkError, SIZES};
 
 use crate::scaling::Scaling;
+
+/// Of batch norm: how fast what it answers by follows the batches, and what is added to variances.
+const MOMENTUM: f64 = 0.1;
+const EPSILON: f64 = 1e-5;
 
 /// 4 → 128 → 64 → 32 → 2 with ReLU; batch norm before the first ReLU, dropout after the last.
 ///
@@ -20,7 +28,7 @@ use crate::scaling::Scaling;
 #[derive(Module, Debug)]
 pub(crate) struct Model {
     dense: Vec<Linear>,
-    norm: BatchNorm,
+    norm: Norm,
 }
 
 impl Model {
@@ -44,18 +52,28 @@ impl Model {
             .collect();
         Self {
             dense,
-            norm: BatchNormConfig::new(SIZES[1]).init(device),
+            norm: Norm::new(SIZES[1], device),
         }
     }
 
-    /// Scaled outputs, rows × 2, of scaled inputs, rows × 4. `mask` (rows × 32, zero or 1/(1 − dropout)) silences units
-    /// while training.
-    pub(crate) fn forward(&self, inputs: Tensor<2>, mask: Option<Tensor<2>>) -> Tensor<2> {
-        let [first, second, third, last] = &self.dense[..] else {
+    /// Scaled outputs, rows × 2, of scaled inputs, rows × 4.
+    pub(crate) fn forward(&self, inputs: Tensor<2>) -> Tensor<2> {
+        let values = self.norm.forward(self.dense[0].forward(inputs));
+        self.after_norm(values, None)
+    }
+
+    /// The same of a batch that is learnt from, by its own mean and variance, which are remembered. `mask` (rows × 32, zero or 1/(1 − dropout))
+    /// silences units.
+    pub(crate) fn learn(&mut self, inputs: Tensor<2>, mask: Option<Tensor<2>>) -> Tensor<2> {
+        let values = self.norm.learn(self.dense[0].forward(inputs));
+        self.after_norm(values, mask)
+    }
+
+    fn after_norm(&self, values: Tensor<2>, mask: Option<Tensor<2>>) -> Tensor<2> {
+        let [_, second, third, last] = &self.dense[..] else {
             unreachable!("a model is made with {LAYERS} layers")
         };
-        let values = relu(self.norm.forward(first.forward(inputs)));
-        let values = relu(third.forward(relu(second.forward(values))));
+        let values = relu(third.forward(relu(second.forward(relu(values)))));
         last.forward(match mask {
             Some(mask) => values * mask,
             None => values,
@@ -73,6 +91,45 @@ impl Model {
         layers[0].take_scaled(inputs);
         layers[LAYERS - 1].give_unscaled(targets);
         Network::new(layers.into_iter().map(DenseF64::narrow).collect())
+    }
+}
+
+/// Batch norm (Ioffe and Szegedy 2015). burn's own keeps its mean and variance by thread, which needs the feature that [`crate::adam`] does without.
+#[derive(Module, Debug)]
+struct Norm {
+    scale: Param<Tensor<1>>,
+    shift: Param<Tensor<1>>,
+    mean: Tensor<1>,
+    variance: Tensor<1>,
+}
+
+impl Norm {
+    fn new(units: usize, device: &Device) -> Self {
+        let all = |number: f32| TensorData::new(vec![number; units], [units]);
+        Self {
+            scale: Param::from_data(all(1.0), device),
+            shift: Param::from_data(all(0.0), device),
+            mean: Tensor::from_data(all(0.0), device),
+            variance: Tensor::from_data(all(1.0), device),
+        }
+    }
+
+    fn forward(&self, values: Tensor<2>) -> Tensor<2> {
+        let (scale, shift) = (self.scale.val(), self.shift.val());
+        let (mean, variance) = (self.mean.clone(), self.variance.clone());
+        batch_norm(values, scale, shift, mean, variance, EPSILON)
+    }
+
+    fn learn(&mut self, values: Tensor<2>) -> Tensor<2> {
+        let normed = batch_norm_train(values, self.scale.val(), self.shift.val(), EPSILON);
+        for (all, of_batch) in [
+            (&mut self.mean, normed.mean),
+            (&mut self.variance, normed.variance),
+        ] {
+            let kept = all.clone().mul_scalar(1.0 - MOMENTUM);
+            *all = kept.add(of_batch.detach().mul_scalar(MOMENTUM)).detach();
+        }
+        normed.output
     }
 }
 
@@ -106,12 +163,11 @@ impl DenseF64 {
         }
     }
 
-    fn normalise(&mut self, norm: &BatchNorm) {
-        let mean = numbers(norm.running_mean.value_sync());
-        let variance = numbers(norm.running_var.value_sync());
-        let (gamma, beta) = (numbers(norm.gamma.val()), numbers(norm.beta.val()));
+    fn normalise(&mut self, norm: &Norm) {
+        let (mean, variance) = (numbers(norm.mean.clone()), numbers(norm.variance.clone()));
+        let (gamma, beta) = (numbers(norm.scale.val()), numbers(norm.shift.val()));
         for (output, row) in self.weight.iter_mut().enumerate() {
-            let factor = gamma[output] / (variance[output] + norm.epsilon).sqrt();
+            let factor = gamma[output] / (variance[output] + EPSILON).sqrt();
             row.iter_mut().for_each(|weight| *weight *= factor);
             self.bias[output] = (self.bias[output] - mean[output]) * factor + beta[output];
         }
@@ -164,14 +220,14 @@ mod tests {
     fn the_folded_network_answers_as_burn_does() {
         let device = Device::flex().autodiff();
         let mut rng = ChaCha8Rng::seed_from_u64(3);
-        let model = Model::new(&mut rng, &device);
+        let mut model = Model::new(&mut rng, &device);
         let mut row = || -> [f64; 4] { std::array::from_fn(|_| rng.random_range(-2.0..2.0)) };
         let rows: Vec<[f64; 4]> = (0..64).map(|_| row()).collect();
         let flat: Vec<f32> = rows.iter().flatten().map(|value| *value as f32).collect();
         // Training passes move batch norm's running statistics away from zero and one.
         for _ in 0..50 {
             let batch = Tensor::<2>::from_data(TensorData::new(flat.clone(), [64, 4]), &device);
-            model.forward(batch, None);
+            model.learn(batch, None);
         }
 
         let inputs = Scaling {
@@ -185,7 +241,7 @@ mod tests {
         let network = model.fold(&inputs, &targets).expect("finite");
         let still = model.valid();
         let batch = Tensor::<2>::from_data(TensorData::new(flat, [64, 4]), &Device::flex());
-        let answers = numbers(still.forward(batch, None));
+        let answers = numbers(still.forward(batch));
         let mut largest: f64 = 0.0;
         for (row, answer) in rows.iter().zip(answers.chunks_exact(2)) {
             let si = std::array::from_fn(|i| row[i] * inputs.deviation[i] + inputs.mean[i]);

@@ -15,7 +15,7 @@ pub struct Train {
 
 impl ItemStage for Train {
     const NAME: &'static str = "train";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
     const BLOCK: usize = 1;
     /// What the strikes were solved in: answers of another are kept apart, and forgotten together.
     type Shared = str;
