@@ -112,10 +112,9 @@ mod tests {
                 expected[i] -= 0.1 * first / (second.sqrt() + 1e-5);
             }
         }
-        let weights = model.weight.val().inner().into_data();
-        let weights = weights.to_vec::<f32>().expect("two numbers");
-        for (weight, expected) in weights.iter().zip(expected) {
-            assert!((f64::from(*weight) - expected).abs() < 1e-6, "{weights:?}");
+        let weights = model.weight.val().into_data();
+        for (weight, expected) in weights.iter::<f64>().zip(expected) {
+            assert!((weight - expected).abs() < 1e-6, "{weights:?}");
         }
     }
 }

@@ -62,7 +62,7 @@ impl Model {
         self.after_norm(values, None)
     }
 
-    /// The same of a batch that is learnt from, by its own mean and variance, which are remembered. `mask` (rows × 32, zero or 1/(1 − dropout))
+    /// Scaled outputs of a batch that is learnt from, by its own mean and variance, which are remembered. `mask` (rows × 32, zero or 1/(1 − dropout))
     /// silences units.
     pub(crate) fn learn(&mut self, inputs: Tensor<2>, mask: Option<Tensor<2>>) -> Tensor<2> {
         let values = self.norm.learn(self.dense[0].forward(inputs));
