@@ -72,6 +72,31 @@ impl Decoder {
     }
 }
 
+/// Width and height of a message's image, by what it says of itself; of a video nothing is said.
+pub(crate) fn size(message: &ImageMessage<'_>) -> Option<[usize; 2]> {
+    let [width, height] = match message.payload {
+        Payload::Raw { width, height, .. } => [width.into(), height.into()],
+        Payload::Compressed(data) if data.starts_with(b"\x89PNG") => {
+            let reader = png::Decoder::new_with_limits(Cursor::new(data), LIMITS).read_info();
+            let (width, height) = reader.ok()?.info().size();
+            [width.into(), height.into()]
+        }
+        Payload::Compressed(data) if data.starts_with(b"RIFF") => {
+            let decoder = image_webp::WebPDecoder::new(Cursor::new(data)).ok()?;
+            let (width, height) = decoder.dimensions();
+            [width.into(), height.into()]
+        }
+        Payload::Compressed(data) => {
+            let mut decoder = JpegDecoder::new(ZCursor::new(data));
+            decoder.decode_headers().ok()?;
+            let info = decoder.info()?;
+            [info.width.into(), info.height.into()]
+        }
+        Payload::Video(..) => return None,
+    };
+    checked_size(width, height).ok()
+}
+
 /// What a library's errors mean to a person.
 const CUT: &str = "they end before the image does; record or copy it again";
 const DAMAGED: &str = "they are damaged; record or copy it again";

@@ -76,8 +76,22 @@ struct Header {
     restarts: usize,
 }
 
+/// Bytes of a scan that are kept for the next image's.
+const KEPT: usize = 1 << 20;
+
 impl ScanCheck {
+    /// Whether the scans of a JPEG are whole.
+    ///
+    /// # Errors
+    /// What is wrong with them.
     pub(crate) fn check(&mut self, data: &[u8]) -> Result<(), Damage> {
+        let checked = self.check_scans(data);
+        self.bytes.clear();
+        self.bytes.shrink_to(KEPT);
+        checked
+    }
+
+    fn check_scans(&mut self, data: &[u8]) -> Result<(), Damage> {
         let Self {
             header,
             bytes,
