@@ -10,7 +10,7 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 
 use crate::image::{Image, checked_size};
-use crate::jpeg::ScanCheck;
+use crate::jpeg::{ScanCheck, with_codes};
 use crate::message::Payload;
 use crate::size::LARGEST_IMAGE;
 use crate::video::Video;
@@ -87,7 +87,8 @@ pub(crate) fn size(message: &ImageMessage<'_>) -> Option<[usize; 2]> {
             [width.into(), height.into()]
         }
         Payload::Compressed(data) => {
-            let mut decoder = JpegDecoder::new(ZCursor::new(data));
+            let data = with_codes(data);
+            let mut decoder = JpegDecoder::new(ZCursor::new(&data[..]));
             decoder.decode_headers().ok()?;
             let info = decoder.info()?;
             [info.width.into(), info.height.into()]
@@ -103,6 +104,7 @@ const DAMAGED: &str = "they are damaged; record or copy it again";
 const OTHER_KIND: &str = "they are of a kind that cameras do not make (lossless, or coded arithmetically); save the image anew";
 
 fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), ImageError> {
+    let data = &with_codes(data);
     let wrong = |error| {
         let why = match error {
             DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_) => CUT,
@@ -115,7 +117,7 @@ fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), Ima
     let options = DecoderOptions::default()
         .jpeg_set_out_colorspace(ColorSpace::RGB)
         .set_strict_mode(true);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(data), options);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&data[..]), options);
     decoder.decode_headers().map_err(wrong)?;
     let info = decoder.info();
     let info = info.ok_or_else(|| ImageError::Compressed("JPEG", DAMAGED.into()))?;
