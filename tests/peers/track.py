@@ -267,8 +267,8 @@ def benches(small):
             for strike in answer["strikes"]:
                 own = min(range(of), key=lambda k: abs(min(f["stamp"] for f in truth["frames"] if f["strike"] == k) * 1e-9 + 0.75 - strike["t"]))
                 shots = [frame["at"] for frame in truth["frames"] if frame["strike"] == own]
-                for end, place, at in zip(ends, (strike["start"], strike["stop"]), (shots[0], shots[-1])):
-                    end.append(1e6 * sum((place[i] - at[i]) ** 2 for i in (0, 1)))
+                for end, seen, at in zip(ends, (strike["start"], strike["stop"]), (shots[0], shots[-1])):
+                    end.append(1e6 * sum((seen[i] - at[i]) ** 2 for i in (0, 1)))
     share = 100 * sums[0] / sums[1], 100 * sums[2] / sums[3]
     rms = [(sum(end) / max(len(end), 1)) ** 0.5 for end in ends]
     met = yes(min(share) >= 97 and sums[4] == 0)

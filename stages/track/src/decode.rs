@@ -98,6 +98,9 @@ pub(crate) fn size(message: &ImageMessage<'_>) -> Option<[usize; 2]> {
     checked_size(width, height).ok()
 }
 
+/// Bytes of pixels that are given back before the next image is looked at.
+const LARGE: usize = 64 << 20;
+
 /// What a library's errors mean to a person.
 const CUT: &str = "they end before the image does; record or copy it again";
 const DAMAGED: &str = "they are damaged; record or copy it again";
@@ -121,10 +124,15 @@ fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), Ima
     decoder.decode_headers().map_err(wrong)?;
     let info = decoder.info();
     let info = info.ok_or_else(|| ImageError::Compressed("JPEG", DAMAGED.into()))?;
-    image.resize(info.width.into(), info.height.into())?;
-    image.grey = info.components == 1;
+    let [width, height] = checked_size(info.width.into(), info.height.into())?;
+    // The memory of so large an image is not held beside that of its scans.
+    if image.rgb.len() > LARGE {
+        *image = Image::default();
+    }
     let checked = scans.check(data);
     checked.map_err(|why| ImageError::Compressed("JPEG", why.into()))?;
+    image.resize(width as u64, height as u64)?;
+    image.grey = info.components == 1;
     decoder.decode_into(&mut image.rgb).map_err(wrong)
 }
 

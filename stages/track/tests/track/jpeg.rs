@@ -89,7 +89,10 @@ fn an_image_of_a_usb_camera_without_codes_of_its_own_is_decoded_and_checked() {
     let mut bare = Vec::new();
     for head in [&avi[..], &[]] {
         bare = [&b"\xff\xd8"[..], head, &segments, &data[at..]].concat();
-        assert!(decode(&mut decoder, &bare).unwrap().rgb == whole, "{head:?}");
+        assert!(
+            decode(&mut decoder, &bare).unwrap().rgb == whole,
+            "{head:?}"
+        );
     }
     let middle = bare.len() / 2;
     bare.drain(middle..middle + 64);
