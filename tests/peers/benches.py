@@ -416,8 +416,8 @@ def write(s, name, folder, seed):
             if rawk: m = cdr([("u32", sec), ("u32", ns), ("str", "c"), ("u32", s.cam.h), ("u32", s.cam.w), ("str", "bayer_rggb8" if s.enc == "bayer" else "rgb8"), ("u8", 0), ("u32", s.cam.w*(1 if s.enc == "bayer" else 3)), ("bytes", data)])
             else: m = cdr([("u32", sec), ("u32", ns), ("str", "c"), ("str", "jpeg"), ("bytes", data)])
             w.add_message(ch, stamp, m, stamp)
-            # truth at the middle of the exposure of the rows of the object, where the rig file tells when that is; else at the stamp
-            row = s.cam.project([[*pose(t)[:2], .02]])[0, 1]; d = s.readout*row/(s.cam.h - 1) if s.told else 0.
+            # truth at the middle of the exposure of the rows of the object
+            row = s.cam.project([[*pose(t)[:2], .02]])[0, 1]; d = s.readout*row/(s.cam.h - 1)
             truth.append(dict(stamp=stamp, delay=d, strike=k, at=list(map(float, pose(t + d))), speed=float(max(0, st["v"] - st["g"]*max(0, t + d - t_imp)) if t + d > t_imp else 0), hidden=bool(s.hide is not None and abs(t - t_imp) <= 2*per)))
             if n in (3, 30): cv2.imwrite(str(folder/f"shot{n}.png"), b[..., ::-1])
             n += 1; t += per

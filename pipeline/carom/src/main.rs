@@ -2,12 +2,12 @@
 
 use std::process::ExitCode;
 
-/// Has glibc give blocks from 4 MB on back as they are freed: else it keeps as many of them as it has once freed at a time, tens of MB of images
+/// Has glibc give blocks from 2 MB on back as they are freed: else it keeps as many of them as it has once freed at a time, tens of MB of images
 /// and messages.
 #[cfg(target_env = "gnu")]
 #[expect(unsafe_code, reason = "a call of the C library")]
 fn give_memory_back() {
-    const LARGE: libc::c_int = 4 << 20;
+    const LARGE: libc::c_int = 2 << 20;
     // SAFETY: it sets numbers of the allocator, before there is another thread. Where it fails, all goes on as it would.
     unsafe {
         libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE);

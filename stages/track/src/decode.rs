@@ -10,7 +10,7 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 
 use crate::image::{Image, checked_size};
-use crate::jpeg::ScanCheck;
+use crate::jpeg::{ScanCheck, with_codes};
 use crate::message::Payload;
 use crate::size::LARGEST_IMAGE;
 use crate::video::Video;
@@ -72,12 +72,42 @@ impl Decoder {
     }
 }
 
+/// Width and height of a message's image, by what it says of itself; of a video nothing is said.
+pub(crate) fn size(message: &ImageMessage<'_>) -> Option<[usize; 2]> {
+    let [width, height] = match message.payload {
+        Payload::Raw { width, height, .. } => [width.into(), height.into()],
+        Payload::Compressed(data) if data.starts_with(b"\x89PNG") => {
+            let reader = png::Decoder::new_with_limits(Cursor::new(data), LIMITS).read_info();
+            let (width, height) = reader.ok()?.info().size();
+            [width.into(), height.into()]
+        }
+        Payload::Compressed(data) if data.starts_with(b"RIFF") => {
+            let decoder = image_webp::WebPDecoder::new(Cursor::new(data)).ok()?;
+            let (width, height) = decoder.dimensions();
+            [width.into(), height.into()]
+        }
+        Payload::Compressed(data) => {
+            let data = with_codes(data);
+            let mut decoder = JpegDecoder::new(ZCursor::new(&data[..]));
+            decoder.decode_headers().ok()?;
+            let info = decoder.info()?;
+            [info.width.into(), info.height.into()]
+        }
+        Payload::Video(..) => return None,
+    };
+    checked_size(width, height).ok()
+}
+
+/// Bytes of pixels that are given back before the next image is looked at.
+const LARGE: usize = 64 << 20;
+
 /// What a library's errors mean to a person.
 const CUT: &str = "they end before the image does; record or copy it again";
 const DAMAGED: &str = "they are damaged; record or copy it again";
 const OTHER_KIND: &str = "they are of a kind that cameras do not make (lossless, or coded arithmetically); save the image anew";
 
 fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), ImageError> {
+    let data = &with_codes(data);
     let wrong = |error| {
         let why = match error {
             DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_) => CUT,
@@ -90,14 +120,19 @@ fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), Ima
     let options = DecoderOptions::default()
         .jpeg_set_out_colorspace(ColorSpace::RGB)
         .set_strict_mode(true);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(data), options);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&data[..]), options);
     decoder.decode_headers().map_err(wrong)?;
     let info = decoder.info();
     let info = info.ok_or_else(|| ImageError::Compressed("JPEG", DAMAGED.into()))?;
-    image.resize(info.width.into(), info.height.into())?;
-    image.grey = info.components == 1;
+    let [width, height] = checked_size(info.width.into(), info.height.into())?;
+    // The memory of so large an image is not held beside that of its scans.
+    if image.rgb.len() > LARGE {
+        *image = Image::default();
+    }
     let checked = scans.check(data);
     checked.map_err(|why| ImageError::Compressed("JPEG", why.into()))?;
+    image.resize(width as u64, height as u64)?;
+    image.grey = info.components == 1;
     decoder.decode_into(&mut image.rgb).map_err(wrong)
 }
 

@@ -1,5 +1,5 @@
-//! What a log's own images teach before each is looked at: the table without the object, how bright the object's sides are, and how much
-//! larger than it is the object is seen.
+//! What a log's own images teach before each is looked at: the table without the object, how bright the object's sides are, how much
+//! larger than it is the object is seen, and how well its centre is known.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::background::{FEWEST_PILOTS, Pilot};
 use crate::change::BandSums;
+use crate::decode::size;
 use crate::edges::{Side, SideSums};
 use crate::learned::Learned;
 use crate::message::is_video;
@@ -39,12 +40,17 @@ impl Learned {
     /// The log cannot be read.
     pub(crate) fn of_log(log: &Path, topic: &str, tracker: &Tracker) -> Result<Self, LogError> {
         let (mut kept, mut every, mut number, mut bytes) = (Vec::<Kept>::new(), 1, 0usize, 0);
+        let mut size = None;
         read_raw(log, Limits::default(), &mut |message: RawMessage<'_>| {
             let channel = message.channel;
-            // Of larger images too few are held for a background.
-            let is_large = message.data.len() > MOST_PIXEL_BYTES / FEWEST_PILOTS;
-            if channel.topic != topic || is_video(&channel.schema) || is_large {
+            if channel.topic != topic || is_video(&channel.schema) {
                 return Ok::<_, LogError>(());
+            }
+            // Of larger images too few are held for a background.
+            size = size.or_else(|| pixel_bytes(channel, message.data));
+            let most = MOST_PIXEL_BYTES / FEWEST_PILOTS;
+            if message.data.len() > most || size.is_none_or(|size| size > most) {
+                return Ok(());
             }
             if number % every == 0 {
                 bytes += message.data.len();
@@ -68,12 +74,12 @@ impl Learned {
             }
             Ok(())
         })?;
-        Ok(Self::of(kept, tracker))
+        Ok(size.map_or_else(Self::default, |size| Self::of(kept, size, tracker)))
     }
 
-    fn of(kept: Vec<Kept>, tracker: &Tracker) -> Self {
-        let size = kept.iter().find_map(|kept| Some(decoded(kept)?.rgb.len()));
-        let most = size.map_or(0, |size| (MOST_PIXEL_BYTES / size.max(1)).min(PILOTS));
+    /// Of messages of images whose pixels take so many bytes each.
+    fn of(kept: Vec<Kept>, size: usize, tracker: &Tracker) -> Self {
+        let most = (MOST_PIXEL_BYTES / size).min(PILOTS);
         if most < FEWEST_PILOTS {
             return Self::default();
         }
@@ -105,11 +111,11 @@ impl Learned {
             .fold(SideSums::default(), |sums, looked| sums.plus(&looked.side));
         let Side(mut side) = sums.fit();
         learned.side = Some(Side(side));
-        let again: Vec<Looked> = pilots
-            .par_iter()
-            .map(|(image, _)| look(image, &learned))
-            .collect();
-        let again = found(&again);
+        let all = |learned: &Self| -> Vec<Looked> {
+            let looked = pilots.par_iter().map(|(image, _)| look(image, learned));
+            looked.collect()
+        };
+        let again = found(&all(&learned));
         if again.len() < FEWEST_PILOTS {
             learned.side = None;
             return learned;
@@ -127,6 +133,13 @@ impl Learned {
         // Half of the distance between the quartiles, as a deviation.
         let deviation = 0.5 * (at(0.75) - at(0.25)) / 0.6745;
         learned.larger = [at(0.5), deviation.max(LEAST_LARGER)];
+        // With all of that known, each tells how well its centre is.
+        let last = found(&all(&learned));
+        let squares = last
+            .iter()
+            .map(|looked| looked.observation.deviation.powi(2));
+        learned.variance =
+            (last.len() >= FEWEST_PILOTS).then(|| squares.sum::<f64>() / last.len() as f64);
         learned
     }
 }
@@ -145,6 +158,13 @@ fn bounds(outline: &[[f64; 2]]) -> [[f64; 2]; 2] {
         [0, 1].map(|i| low[i] - around[i]),
         [0, 1].map(|i| high[i] + around[i]),
     ]
+}
+
+/// Bytes that an image's pixels take.
+fn pixel_bytes(channel: &RawChannel, data: &[u8]) -> Option<usize> {
+    let message = ImageMessage::parse(&channel.schema, &channel.encoding, data).ok()?;
+    let [width, height] = size(&message)?;
+    Some(3 * width * height)
 }
 
 fn decoded(kept: &Kept) -> Option<Image> {

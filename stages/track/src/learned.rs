@@ -13,6 +13,8 @@ pub(crate) struct Learned {
     pub(crate) side: Option<Side>,
     /// How much larger the object is seen (px), and how well that is known (standard deviation, px).
     pub(crate) larger: [f64; 2],
+    /// Mean square of the deviations (m) that the log's images show, where they show any.
+    pub(crate) variance: Option<f64>,
 }
 
 impl Default for Learned {
@@ -21,6 +23,7 @@ impl Default for Learned {
             background: None,
             side: None,
             larger: [0.0, LARGER],
+            variance: None,
         }
     }
 }
@@ -28,7 +31,18 @@ impl Default for Learned {
 /// Blur and sharpening make an object so much larger or smaller (standard deviation, px).
 const LARGER: f64 = 0.4;
 
+/// What one image's own edges count where the log's other images say as well how well a centre is known: the edges of one are few, and those
+/// that happen to agree know it no better.
+const OWN: f64 = 1.0 / 3.0;
+
 impl Learned {
+    /// The standard deviation (m) of a centre whose own edges say this one.
+    pub(crate) fn deviation(&self, own: f64) -> f64 {
+        self.variance.map_or(own, |of_log| {
+            (OWN * own * own + (1.0 - OWN) * of_log).sqrt()
+        })
+    }
+
     /// How the background lies in an image; as it was where nothing is known of it; none where it is elsewhere.
     pub(crate) fn align(&self, image: &Image) -> Option<Aligned> {
         match &self.background {

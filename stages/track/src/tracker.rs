@@ -177,7 +177,11 @@ impl Tracker {
         looked.observation.shift = aligned.moved.at(at);
         let [fx, fy, ..] = self.camera.lens.matrix;
         let metres = self.camera.position[2] / fx.min(fy);
+        let is_by_outline = looked.observation.marker.is_none();
         let deviation = &mut looked.observation.deviation;
+        if is_by_outline && *deviation > 0.0 {
+            *deviation = learned.deviation(*deviation);
+        }
         *deviation = deviation.hypot(metres * aligned.deviation);
         looked
     }
@@ -256,8 +260,11 @@ impl Tracker {
             }
             match &mut best {
                 Some(best) if is_object && best.observation.centre.is_ok() => {
-                    best.observation.centre = Err(Reason::TwoObjects);
-                    return best.clone();
+                    // Print may part one object's colour into two blobs.
+                    if self.are_apart(&best.observation, &found.observation) {
+                        best.observation.centre = Err(Reason::TwoObjects);
+                        return best.clone();
+                    }
                 }
                 Some(best) if best.observation.centre.is_ok() => {}
                 Some(best) if is_object => *best = found,
@@ -301,6 +308,14 @@ impl Tracker {
             let other = nearby(scene, Pose { yaw, ..start }, reach, Some(&outline));
             other.is_some_and(|(_, share)| share > MAY_BE)
         })
+    }
+
+    /// Whether two that were found can stand beside each other.
+    fn are_apart(&self, a: &Observation, b: &Observation) -> bool {
+        let (Ok(a), Ok(b)) = (a.centre, b.centre) else {
+            return false;
+        };
+        a.distance(b) > self.solid.half_width()
     }
 
     /// Yaws by which an object is turned that is not found as it lies.

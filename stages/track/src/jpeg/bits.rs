@@ -6,6 +6,7 @@ const MARGIN: usize = 16;
 /// Copies the entropy-coded bytes up to the next marker, without the zeros stuffed in behind 255, and a margin. Gives the marker's place.
 pub(super) fn gather(data: &[u8], mut at: usize, bytes: &mut Vec<u8>) -> Option<usize> {
     bytes.clear();
+    bytes.reserve_exact(data.len().saturating_sub(at) + MARGIN);
     loop {
         let rest = data.get(at..)?;
         let stop = memchr::memchr(0xff, rest)?;

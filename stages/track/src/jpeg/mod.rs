@@ -16,6 +16,8 @@ mod bits;
 mod progressive;
 mod scan;
 
+use std::borrow::Cow;
+
 use baseline::{Blocks, Means};
 use bits::{CUT, Damage, HEADER, NO_TABLES};
 use progressive::{Coefficients, Pass};
@@ -76,8 +78,42 @@ struct Header {
     restarts: usize,
 }
 
+/// A JPEG with codes: one of a USB camera that leaves them out means the standard's.
+pub(crate) fn with_codes(data: &[u8]) -> Cow<'_, [u8]> {
+    let mut at = 2;
+    while let Some(&[0xff, kind, high, low]) = data.get(at..).and_then(|rest| rest.first_chunk()) {
+        match kind {
+            marker::CODES => break,
+            marker::SCAN => {
+                let length = (STANDARD_CODES.len() + 2) as u16;
+                let head = [[0xff, marker::CODES], length.to_be_bytes()].concat();
+                return [&data[..at], &head, STANDARD_CODES, &data[at..]]
+                    .concat()
+                    .into();
+            }
+            0xff => at += 1,
+            _ => at += 2 + usize::from(u16::from_be_bytes([high, low])),
+        }
+    }
+    Cow::Borrowed(data)
+}
+
+/// Bytes of a scan that are kept for the next image's.
+const KEPT: usize = 1 << 20;
+
 impl ScanCheck {
+    /// Whether the scans of a JPEG are whole.
+    ///
+    /// # Errors
+    /// What is wrong with them.
     pub(crate) fn check(&mut self, data: &[u8]) -> Result<(), Damage> {
+        let checked = self.check_scans(data);
+        self.bytes.clear();
+        self.bytes.shrink_to(KEPT);
+        checked
+    }
+
+    fn check_scans(&mut self, data: &[u8]) -> Result<(), Damage> {
         let Self {
             header,
             bytes,
@@ -115,9 +151,6 @@ impl ScanCheck {
                     header.restarts = usize::from(u16::from_be_bytes([high, low]));
                 }
                 marker::SCAN => {
-                    if header.is_set.iter().flatten().all(|is_set| !is_set) {
-                        header.codes(STANDARD_CODES).ok_or(HEADER)?;
-                    }
                     let (scan, units) = header.scan(segment, known)?;
                     at = scan.check(data, at, units, header.restarts, bytes)?;
                 }
