@@ -13,6 +13,7 @@ mod contact;
 mod frames;
 mod held;
 mod motion;
+mod pushed;
 mod rest;
 mod stopped;
 mod tolerances;
@@ -35,6 +36,8 @@ use crate::rejection::Rejection;
 const FASTER: f64 = 2.0;
 /// Frames in which a slide is fastest: contact may last for some.
 const BEGINNING: usize = 10;
+/// The arm has let go of an object this long after its command fell back and the object began to move, in s.
+const LETS_GO: f64 = 0.1;
 /// A track that does not end at rest needs as many frames.
 const FEWEST_CENSORED: usize = 8;
 /// Most of a slide's frames that may be missing.
@@ -111,14 +114,15 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let caught = rested.as_ref().ok();
     let caught = caught.and_then(|(arrival, stop, _)| stopped(*arrival, *stop));
     // A hand may hold it for a moment only.
-    let carried_on = stopped::carried_on(&frames.frames[first..until]);
-    let carried_on =
-        carried_on.map(|(at, stands)| stopped(first + at, stands).unwrap_or(first + at));
-    let taken = held
-        .into_iter()
-        .chain(turned)
-        .chain(caught)
-        .chain(carried_on);
+    let let_go = frames.frames[first].t.max(frames.fall) + LETS_GO;
+    let let_go = frames.at(let_go).clamp(first, until);
+    let pushed = pushed::pushed(&frames.frames[let_go..until], rest.noise, shape).map(|push| {
+        let at = let_go + push.at;
+        // A hand may have held it before.
+        let held = push.stands.and_then(|stands| stopped(at, stands));
+        held.unwrap_or(at)
+    });
+    let taken = held.into_iter().chain(turned).chain(caught).chain(pushed);
     let taken = taken.filter(|_| is_whole).map(|at| (at, End::Contact));
     let ends = met.into_iter().chain(left).chain(taken);
     let ended = ends.min_by_key(|(end, _)| *end);
