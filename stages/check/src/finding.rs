@@ -257,6 +257,13 @@ pub enum Finding {
         error: f64,
         strikes: usize,
     },
+    /// Without a command, what the tip pushes is so far from its centre, which is not as far as both radii reach: no touch is seen as one.
+    Reach {
+        apart: f64,
+        error: f64,
+        stated: f64,
+        hits: usize,
+    },
     /// Objects of a log leave elsewhere than its others do, between these times since its first command; `certain` where they are many.
     Strays {
         log: String,
@@ -349,6 +356,18 @@ pub enum Finding {
 }
 
 impl Finding {
+    /// Whether places or angles of the arm are not those of the camera.
+    pub(crate) fn is_of_frames(&self) -> bool {
+        matches!(
+            self,
+            Self::Mirrored { .. }
+                | Self::AxesSwapped { .. }
+                | Self::Turned { .. }
+                | Self::InPart { .. }
+                | Self::Unrelated { .. }
+        )
+    }
+
     /// How grave it is.
     pub fn severity(&self) -> Severity {
         match self {
@@ -367,6 +386,7 @@ impl Finding {
             | Self::OtherTimes { .. }
             | Self::Scale { .. }
             | Self::Scaled { .. }
+            | Self::Reach { .. }
             | Self::Strays { certain: true, .. }
             | Self::OutsideLimits {
                 commanded: true, ..

@@ -88,10 +88,20 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     findings.extend(base_turns(rig, &all));
     if !is_torn {
         findings.extend(clocks(logs, &paired));
+        let reach = places::reach(rig, logs);
         if !is_polar {
-            findings.extend(speeds(rig, &all));
-            findings.extend(limits(rig, &all, commanded));
+            // What no touch began tells no speed.
+            findings.extend(speeds(rig, &all).filter(|_| reach.is_none()));
+            // In another frame angles are others.
+            let is_apart = findings.iter().any(|f| is_wrong(f) && f.is_of_frames());
+            let limits = limits(rig, &all, commanded).into_iter();
+            findings.extend(limits.filter(|finding| {
+                let limit = Limit::Angle;
+                !(is_apart
+                    && matches!(finding, Finding::OutsideLimits { limit: of, .. } if *of == limit))
+            }));
         }
+        findings.extend(reach);
     }
     findings.extend(jumps);
     let is_told = |f: &Finding| {
@@ -106,13 +116,20 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     findings.extend(noise(rig, logs));
     findings.extend(gathering(logs));
     findings.extend(density(rig));
-    if !findings.iter().any(is_wrong) {
+    let is_clear = !findings.iter().any(is_wrong);
+    if is_clear {
         findings.extend(sessions(logs, &paired, &findings));
         findings.extend(session_speeds(logs, &paired));
+    }
+    // What seems unrelated may be two set-ups, one after the other.
+    if findings.iter().all(|f| !is_wrong(f) || is_vague(f)) {
         let each = logs.iter().zip(&paired);
-        findings.extend(
-            each.flat_map(|(log, of)| parts::findings(log.name, &of.pairs, is_logged(log))),
-        );
+        let of_parts: Vec<Finding> = each
+            .flat_map(|(log, of)| parts::findings(log.name, &of.pairs, is_logged(log)))
+            .filter(|finding| is_clear || matches!(finding, Finding::InPart { .. }))
+            .collect();
+        findings.retain(|finding| of_parts.is_empty() || !is_vague(finding));
+        findings.extend(of_parts);
     }
     let (seen, lost) = logs.iter().fold((0, 0), |(seen, lost), log| {
         (seen + log.seen.frames, lost + log.seen.lost)
@@ -133,7 +150,9 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         findings.extend(places::state_frame(logs));
         findings.extend(places::findings(rig, logs, delay));
     }
-    let is_sure = delay.filter(Delay::is_sure);
+    // Where the tip is not where the camera sees it, touches tell no time.
+    let is_apart = findings.iter().any(|f| is_wrong(f) && f.is_of_frames());
+    let is_sure = delay.filter(|delay| !is_apart && delay.is_sure());
     findings.extend(is_sure.map(|delay| Finding::EncoderDelay { delay }));
     Check {
         measured: Measured {
