@@ -335,11 +335,13 @@ pub enum Finding {
         last: usize,
         what: Box<Finding>,
     },
-    /// Objects of a log leave so many times as fast as those of the others, for the same commanded speeds.
+    /// Objects of a log leave so many times as fast as those of the others, for the same commanded speeds; `certain` where no arm, tip or
+    /// contact changes as much from day to day.
     SessionSpeed {
         log: String,
         times: f64,
         strikes: usize,
+        certain: bool,
     },
     /// The stated object has a density that hardly any material has, in kg/m³.
     Density { density: f64 },
@@ -376,7 +378,7 @@ impl Finding {
             | Self::Turned { certain: true, .. }
             | Self::ConstantHeading { .. }
             | Self::ConstantSpeed { .. }
-            | Self::SessionSpeed { .. }
+            | Self::SessionSpeed { certain: true, .. }
             | Self::SpeedAndAngle { .. }
             | Self::Jumps { certain: true, .. }
             | Self::Unrelated { .. }
@@ -429,6 +431,7 @@ impl Finding {
             | Self::MostlyRejected { .. }
             | Self::Gathering { .. }
             | Self::SessionTurned { .. }
+            | Self::SessionSpeed { .. }
             | Self::TurnedWithin { .. }
             | Self::SpeedWithin { .. }
             | Self::Density { .. }

@@ -647,11 +647,15 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             log,
             times,
             strikes,
+            certain,
         } => said(
             format!(
                 "{log}: objects leave {times:.2} times as fast as those of the other logs, for the same commanded speeds, over {strikes} strikes"
             ),
-            "its speeds are logged in another unit, or before an override that the other logs do not have",
+            match certain {
+                true => "its speeds are logged in another unit, or before an override that the other logs do not have",
+                false => "its speeds are logged before an override, its camera has another scale, or another tip or object was used",
+            },
             "log what the arm is told, in m/s, in every session; or give this log a run of its own".into(),
         ),
         Finding::Density { density } => said(

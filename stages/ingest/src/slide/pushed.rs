@@ -132,3 +132,49 @@ fn speeds_up(velocities: &[Velocity]) -> Option<&Velocity> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOISE: f64 = 0.0006;
+
+    /// Where it may have been pushed, of an object that is at this place at a time, seen for so long at this rate with the camera's noise.
+    fn pushed_at(place: impl Fn(f64) -> Point, rate: f64, phase: f64) -> Option<f64> {
+        let wobble = |i: u32, k: f64| NOISE * 1.4 * (f64::from(i * i) * k + phase).sin();
+        let frames: Vec<Frame> = (0..(0.9 * rate) as u32)
+            .map(|i| {
+                let t = f64::from(i) / rate;
+                Frame {
+                    stamp: 0,
+                    t,
+                    point: place(t) + Point::new(wobble(i, 1.1), wobble(i, 2.3)),
+                }
+            })
+            .collect();
+        pushed(&frames, NOISE, Shape::Cylinder).map(|push| frames[push.at].t)
+    }
+
+    /// 0.8 m/s, braked by 2.5 m/s².
+    fn slide(t: f64) -> Point {
+        let t = t.min(0.32);
+        Point::new(0.8 * t - 1.25 * t * t, 0.0)
+    }
+
+    #[test]
+    fn what_a_hand_pushes_on_is_found_and_what_slides_is_not() {
+        for phase in (0..10).map(f64::from) {
+            for rate in [30.0, 60.0, 120.0] {
+                assert_eq!(pushed_at(slide, rate, phase), None);
+                // Along the table, after a tenth of a second at rest, by a hand that speeds up; and aside, half-way.
+                let hand = |t: f64| 2.0 * t.clamp(0.0, 0.2).powi(2) + 0.8 * (t - 0.2).max(0.0);
+                let on = |t: f64| slide(t) + Point::new(hand(t - 0.42), 0.0);
+                let at = pushed_at(on, rate, phase).expect("pushed on");
+                assert!((0.25..0.46).contains(&at), "{rate} {phase}: {at}");
+                let aside = |t: f64| slide(t) + Point::new(0.0, 0.4 * (t - 0.16).max(0.0));
+                let at = pushed_at(aside, rate, phase).expect("pushed aside");
+                assert!((0.05..0.2).contains(&at), "{rate} {phase}: {at}");
+            }
+        }
+    }
+}
