@@ -358,7 +358,7 @@ pub enum Finding {
 }
 
 impl Finding {
-    /// Whether places or angles of the arm are not those of the camera.
+    /// Whether places or angles of the arm are not those of the camera, or touches are none.
     pub(crate) fn is_of_frames(&self) -> bool {
         matches!(
             self,
@@ -367,6 +367,7 @@ impl Finding {
                 | Self::Turned { .. }
                 | Self::InPart { .. }
                 | Self::Unrelated { .. }
+                | Self::Reach { .. }
         )
     }
 

@@ -117,6 +117,9 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let caught = rested.as_ref().ok();
     let caught = caught.and_then(|(arrival, stop, _)| stopped(*arrival, *stop));
     // A hand may hold it for a moment only.
+    let carried_on = stopped::carried_on(&frames.frames[first..until]);
+    let carried_on =
+        carried_on.map(|(at, stands)| stopped(first + at, stands).unwrap_or(first + at));
     let let_go = frames.frames[first].t.max(frames.fall) + LETS_GO;
     let let_go = frames.at(let_go).clamp(first, until);
     let pushed = pushed::pushed(&frames.frames[let_go..until], rest.noise, shape).map(|push| {
@@ -126,7 +129,11 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
         held.unwrap_or(at)
     });
     let by_hand = |at: usize| is_whole.then_some((at, End::Contact));
-    let taken = held.into_iter().chain(turned).chain(caught);
+    let taken = held
+        .into_iter()
+        .chain(turned)
+        .chain(caught)
+        .chain(carried_on);
     let taken = taken.filter_map(by_hand);
     let ends = met.into_iter().chain(left).chain(taken);
     let unpushed = ends.min_by_key(|(end, _)| *end);

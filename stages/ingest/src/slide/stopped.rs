@@ -7,6 +7,7 @@ use values::{Point, Shape};
 
 use super::frames::Frame;
 use super::held::{BRAKES, no_table};
+use crate::robust::median_point;
 
 /// Frames before the rest that are looked at, and after it, in s.
 const BEFORE: f64 = 0.3;
@@ -85,6 +86,58 @@ pub(super) fn stopped(
     let period = (frames[to - 1].t - frames[from].t) / (to - from).max(2) as f64;
     (at_once.speed > SLOWEST && hard - at_once.sum > BETTER * square)
         .then(|| frames.partition_point(|frame| frame.t < at_once.moment - 0.5 * period))
+}
+
+/// Where an object that had as good as stopped goes on: the frame at which it was slowest, and its place then. A table never does that, and an
+/// arm that goes on behind an object that slides leaves it no time to stop.
+pub(super) fn carried_on(frames: &[Frame]) -> Option<(usize, Point)> {
+    /// Speeds are taken over this time, in s, and over as many frames.
+    const TIME: f64 = 0.06;
+    const FRAMES: usize = 3;
+    /// Slower than this part of its fastest, it has as good as stopped; faster than this one, it goes on, for as many frames.
+    const STOPS: f64 = 0.1;
+    const GOES_ON: f64 = 0.25;
+    const IN_A_ROW: usize = 4;
+    let to = |at: usize| {
+        let later = frames.partition_point(|frame| frame.t < frames[at].t + TIME);
+        later.max(at + FRAMES)
+    };
+    let speeds: Vec<f64> = (0..frames.len())
+        .take_while(|at| to(*at) < frames.len())
+        .map(|at| {
+            let (one, other) = (&frames[at], &frames[to(at)]);
+            one.point.distance(other.point) / (other.t - one.t)
+        })
+        .collect();
+    let mut fastest: f64 = 0.0;
+    let mut slowest: Option<(usize, f64)> = None;
+    let mut faster = 0;
+    for (at, speed) in speeds.iter().enumerate() {
+        fastest = match slowest {
+            None => fastest.max(*speed),
+            Some(_) => fastest,
+        };
+        if *speed < STOPS * fastest && slowest.is_none_or(|(_, least)| *speed < least) {
+            slowest = Some((at, *speed));
+        }
+        faster = match slowest {
+            Some(_) if *speed > GOES_ON * fastest => faster + 1,
+            _ => 0,
+        };
+        if let (Some((slowest, _)), true) = (slowest, faster == IN_A_ROW) {
+            let near: Vec<Point> = frames[slowest..=to(slowest)]
+                .iter()
+                .map(|f| f.point)
+                .collect();
+            let stands = median_point(&near);
+            let reach = near.iter().map(|p| p.distance(stands)).fold(0.0, f64::max);
+            let first = frames
+                .iter()
+                .position(|f| f.point.distance(stands) <= reach)?;
+            return Some((first, stands));
+        }
+    }
+    None
 }
 
 impl Approach {

@@ -281,7 +281,7 @@ fn what_is_pushed_on_while_it_rests_for_a_moment_is_no_stop() {
     let truths = truths(6);
     let slides = |truth: &Truth| truth.release / truth.deceleration;
     // After so short a rest a hand pushes it aside for 0.4 s.
-    for pause in [0.06, 0.12, 0.18] {
+    for pause in [0.06, 0.12] {
         let mut samples = session(&truths);
         for sample in &mut samples.centroids {
             let t = time(sample);
