@@ -122,7 +122,9 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
         carried_on.map(|(at, stands)| stopped(first + at, stands).unwrap_or(first + at));
     let let_go = frames.frames[first].t.max(frames.fall) + LETS_GO;
     let let_go = frames.at(let_go).clamp(first, until);
-    let pushed = pushed::pushed(&frames.frames[let_go..until], rest.noise, shape).map(|push| {
+    let sliding = &frames.frames[let_go..until];
+    let ahead = sliding.first().map_or(initial, |frame| frame.point) - initial;
+    let pushed = pushed::pushed(sliding, ahead, rest.noise, shape).map(|push| {
         let at = let_go + push.at;
         // A hand may have held it before.
         let held = push.stands.and_then(|stands| stopped(at, stands));

@@ -61,8 +61,9 @@ impl Velocity {
     }
 }
 
-/// Of frames from the moment on at which the arm has let go of the object; none where it slides as on a table.
-pub(super) fn pushed(frames: &[Frame], noise: f64, shape: Shape) -> Option<Push> {
+/// Of frames from the moment on at which the arm has let go of the object; none where it slides as on a table. What pushes it on `ahead`, as it
+/// was struck, may be the arm that goes on behind it: that is the command's own doing.
+pub(super) fn pushed(frames: &[Frame], ahead: Point, noise: f64, shape: Shape) -> Option<Push> {
     // Spin drives a ball.
     if shape == Shape::Sphere {
         return None;
@@ -72,8 +73,8 @@ pub(super) fn pushed(frames: &[Frame], noise: f64, shape: Shape) -> Option<Push>
         Velocity::over(frames, at..to.max(at + FRAMES), noise)
     };
     let velocities: Vec<Velocity> = (0..frames.len()).map_while(later).collect();
-    let aside = aside(&velocities).map(|at| Push { at, stands: None });
-    let risen = speeds_up(&velocities).map(|slowest| {
+    let aside = aside(&velocities, ahead).map(|at| Push { at, stands: None });
+    let risen = speeds_up(&velocities, ahead).map(|slowest| {
         let places: Vec<Point> = frames[slowest.frames.clone()]
             .iter()
             .map(|frame| frame.point)
@@ -87,8 +88,13 @@ pub(super) fn pushed(frames: &[Frame], noise: f64, shape: Shape) -> Option<Push>
     aside.into_iter().chain(risen).min_by_key(|push| push.at)
 }
 
+/// Whether a velocity is changed within 45° of where the arm struck.
+fn is_ahead(change: Point, struck: Point) -> bool {
+    change.dot(struck) > std::f64::consts::FRAC_1_SQRT_2 * change.norm() * struck.norm()
+}
+
 /// Where its velocity is changed aside or ahead.
-fn aside(velocities: &[Velocity]) -> Option<usize> {
+fn aside(velocities: &[Velocity], struck: Point) -> Option<usize> {
     let is_pushed = |one: &Velocity| {
         let next = velocities.get(one.frames.end - 1)?;
         let ahead = one.v * (1.0 / one.v.norm().max(1e-12));
@@ -101,7 +107,8 @@ fn aside(velocities: &[Velocity]) -> Option<usize> {
         };
         let faster = (next.v.norm() - one.v.norm()).max(0.0);
         let pushed = aside.hypot(faster);
-        Some(pushed > ERRORS * error && pushed > PUSHED * (next.t - one.t))
+        let is_arm = is_ahead(change, struck);
+        Some(!is_arm && pushed > ERRORS * error && pushed > PUSHED * (next.t - one.t))
     };
     let pushed: Vec<bool> = velocities.iter().map_while(is_pushed).collect();
     let at = pushed
@@ -111,7 +118,7 @@ fn aside(velocities: &[Velocity]) -> Option<usize> {
 }
 
 /// Where it was slowest before it speeds up.
-fn speeds_up(velocities: &[Velocity]) -> Option<&Velocity> {
+fn speeds_up(velocities: &[Velocity], ahead: Point) -> Option<&Velocity> {
     let speed = |velocity: &Velocity| velocity.v.norm();
     let fastest = velocities.iter().map(speed).fold(0.0, f64::max);
     let mut slowest = velocities.first()?;
@@ -122,7 +129,8 @@ fn speeds_up(velocities: &[Velocity]) -> Option<&Velocity> {
         }
         let error = velocity.error.hypot(slowest.error);
         let least = (ERRORS * error).max(RISES).max(RISES_BY * fastest);
-        risen = match speed(velocity) - speed(slowest) > least {
+        let is_arm = is_ahead(velocity.v - slowest.v, ahead);
+        risen = match !is_arm && speed(velocity) - speed(slowest) > least {
             true => risen + 1,
             false => 0,
         };
@@ -152,7 +160,7 @@ mod tests {
                 }
             })
             .collect();
-        pushed(&frames, NOISE, Shape::Cylinder).map(|push| frames[push.at].t)
+        pushed(&frames, Point::new(1.0, 0.0), NOISE, Shape::Cylinder).map(|push| frames[push.at].t)
     }
 
     /// 0.8 m/s, braked by 2.5 m/s².
@@ -166,9 +174,9 @@ mod tests {
         for phase in (0..10).map(f64::from) {
             for rate in [30.0, 60.0, 120.0] {
                 assert_eq!(pushed_at(slide, rate, phase), None);
-                // Along the table, after a tenth of a second at rest, by a hand that speeds up; and aside, half-way.
+                // Back again, after a tenth of a second at rest, by a hand that speeds up; and aside, half-way.
                 let hand = |t: f64| 2.0 * t.clamp(0.0, 0.2).powi(2) + 0.8 * (t - 0.2).max(0.0);
-                let on = |t: f64| slide(t) + Point::new(hand(t - 0.42), 0.0);
+                let on = |t: f64| slide(t) + Point::new(-hand(t - 0.42), 0.0);
                 let at = pushed_at(on, rate, phase).expect("pushed on");
                 assert!((0.25..0.46).contains(&at), "{rate} {phase}: {at}");
                 let aside = |t: f64| slide(t) + Point::new(0.0, 0.4 * (t - 0.16).max(0.0));
