@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use check::LogRead;
+use check::{Finding, LogRead};
 use ingest::{Ingest, LogOutcome};
 use logs::{Event, Limits, LogError, Sample, TopicRequest};
 use values::{FieldTopic, Rig};
@@ -192,7 +192,7 @@ pub fn propose(log: &Path) -> Result<String, Error> {
         notes.push(format!("Also there: {}.", others.join(", ")));
     }
     if command.is_some() || state.is_some() {
-        measure(&mut text, log, &mut notes)?;
+        measure(&mut text, log, &mut notes, true)?;
     } else {
         notes.push(
             "Neither a command nor the arm's state is there: strikes cannot be found without one of both.".into(),
@@ -203,12 +203,18 @@ pub fn propose(log: &Path) -> Result<String, Error> {
 }
 
 /// What the strikes of the log show: noise at rest, limits of the arm, fences, and what the check finds.
-fn measure(text: &mut String, log: &Path, notes: &mut Vec<String>) -> Result<(), Error> {
+fn measure(
+    text: &mut String,
+    log_path: &Path,
+    notes: &mut Vec<String>,
+    is_first: bool,
+) -> Result<(), Error> {
+    let before = notes.len();
     let mut rig = Rig::parse(text).map_err(Error::input)?;
     // Wide, so that no strike is left out.
     rig.robot.speed = [0.05, 5.0].into();
     rig.robot.angle = [-std::f64::consts::PI, std::f64::consts::PI].into();
-    let read = ingest::ingest_log(log, &rig, &Ingest::default()).map_err(Error::input)?;
+    let read = ingest::ingest_log(log_path, &rig, &Ingest::default()).map_err(Error::input)?;
     notes.push(format!(
         "{} strikes are found with it, and {} rejected.",
         read.strikes.len(),
@@ -251,6 +257,23 @@ fn measure(text: &mut String, log: &Path, notes: &mut Vec<String>) -> Result<(),
         rejects: rejects.iter().collect(),
     };
     let check = check::check(&rig, &[log], &fences);
+    let apart = check.findings.iter().find_map(|finding| match finding {
+        Finding::Reach { apart, .. } => Some(*apart),
+        _ => None,
+    });
+    // With the radii as they are more strikes are found.
+    if let (Some(apart), Some(object), true) = (apart, rig.object.solid.radius(), is_first) {
+        let radius = apart - object;
+        if radius > 0.0 {
+            set(text, "striker", "radius", &format!("{radius:.4}"));
+            notes.truncate(before);
+            notes.push(format!(
+                "the tip pushes the object where their centres are {:.1} mm apart: [striker] radius is what [object] radius, the template's, leaves of it; measure both.",
+                1e3 * apart
+            ));
+            return measure(text, log_path, notes, false);
+        }
+    }
     for finding in &check.findings {
         let severity = words::severity(finding.severity());
         notes.push(format!(

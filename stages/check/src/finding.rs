@@ -257,6 +257,13 @@ pub enum Finding {
         error: f64,
         strikes: usize,
     },
+    /// Without a command, what the tip pushes is so far from its centre, which is not as far as both radii reach: no touch is seen as one.
+    Reach {
+        apart: f64,
+        error: f64,
+        stated: f64,
+        hits: usize,
+    },
     /// Objects of a log leave elsewhere than its others do, between these times since its first command; `certain` where they are many.
     Strays {
         log: String,
@@ -328,11 +335,13 @@ pub enum Finding {
         last: usize,
         what: Box<Finding>,
     },
-    /// Objects of a log leave so many times as fast as those of the others, for the same commanded speeds.
+    /// Objects of a log leave so many times as fast as those of the others, for the same commanded speeds; `certain` where no arm, tip or
+    /// contact changes as much from day to day.
     SessionSpeed {
         log: String,
         times: f64,
         strikes: usize,
+        certain: bool,
     },
     /// The stated object has a density that hardly any material has, in kg/m³.
     Density { density: f64 },
@@ -349,6 +358,19 @@ pub enum Finding {
 }
 
 impl Finding {
+    /// Whether places or angles of the arm are not those of the camera, or touches are none.
+    pub(crate) fn is_of_frames(&self) -> bool {
+        matches!(
+            self,
+            Self::Mirrored { .. }
+                | Self::AxesSwapped { .. }
+                | Self::Turned { .. }
+                | Self::InPart { .. }
+                | Self::Unrelated { .. }
+                | Self::Reach { .. }
+        )
+    }
+
     /// How grave it is.
     pub fn severity(&self) -> Severity {
         match self {
@@ -357,7 +379,7 @@ impl Finding {
             | Self::Turned { certain: true, .. }
             | Self::ConstantHeading { .. }
             | Self::ConstantSpeed { .. }
-            | Self::SessionSpeed { .. }
+            | Self::SessionSpeed { certain: true, .. }
             | Self::SpeedAndAngle { .. }
             | Self::Jumps { certain: true, .. }
             | Self::Unrelated { .. }
@@ -367,6 +389,7 @@ impl Finding {
             | Self::OtherTimes { .. }
             | Self::Scale { .. }
             | Self::Scaled { .. }
+            | Self::Reach { .. }
             | Self::Strays { certain: true, .. }
             | Self::OutsideLimits {
                 commanded: true, ..
@@ -409,6 +432,7 @@ impl Finding {
             | Self::MostlyRejected { .. }
             | Self::Gathering { .. }
             | Self::SessionTurned { .. }
+            | Self::SessionSpeed { .. }
             | Self::TurnedWithin { .. }
             | Self::SpeedWithin { .. }
             | Self::Density { .. }

@@ -88,10 +88,20 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     findings.extend(base_turns(rig, &all));
     if !is_torn {
         findings.extend(clocks(logs, &paired));
+        let reach = places::reach(rig, logs);
         if !is_polar {
-            findings.extend(speeds(rig, &all));
-            findings.extend(limits(rig, &all, commanded));
+            // What no touch began tells no speed.
+            findings.extend(speeds(rig, &all).filter(|_| reach.is_none()));
+            // In another frame angles are others.
+            let is_apart = findings.iter().any(|f| is_wrong(f) && f.is_of_frames());
+            let limits = limits(rig, &all, commanded).into_iter();
+            findings.extend(limits.filter(|finding| {
+                let limit = Limit::Angle;
+                !(is_apart
+                    && matches!(finding, Finding::OutsideLimits { limit: of, .. } if *of == limit))
+            }));
         }
+        findings.extend(reach);
     }
     findings.extend(jumps);
     let is_told = |f: &Finding| {
@@ -106,13 +116,20 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     findings.extend(noise(rig, logs));
     findings.extend(gathering(logs));
     findings.extend(density(rig));
-    if !findings.iter().any(is_wrong) {
+    let is_clear = !findings.iter().any(is_wrong);
+    if is_clear {
         findings.extend(sessions(logs, &paired, &findings));
         findings.extend(session_speeds(logs, &paired));
+    }
+    // What seems unrelated may be two set-ups, one after the other.
+    if findings.iter().all(|f| !is_wrong(f) || is_vague(f)) {
         let each = logs.iter().zip(&paired);
-        findings.extend(
-            each.flat_map(|(log, of)| parts::findings(log.name, &of.pairs, is_logged(log))),
-        );
+        let of_parts: Vec<Finding> = each
+            .flat_map(|(log, of)| parts::findings(log.name, &of.pairs, is_logged(log)))
+            .filter(|finding| is_clear || matches!(finding, Finding::InPart { .. }))
+            .collect();
+        findings.retain(|finding| of_parts.is_empty() || !is_vague(finding));
+        findings.extend(of_parts);
     }
     let (seen, lost) = logs.iter().fold((0, 0), |(seen, lost), log| {
         (seen + log.seen.frames, lost + log.seen.lost)
@@ -133,7 +150,9 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         findings.extend(places::state_frame(logs));
         findings.extend(places::findings(rig, logs, delay));
     }
-    let is_sure = delay.filter(Delay::is_sure);
+    // Where the tip is not where the camera sees it, touches tell no time.
+    let is_apart = findings.iter().any(|f| is_wrong(f) && f.is_of_frames());
+    let is_sure = delay.filter(|delay| !is_apart && delay.is_sure());
     findings.extend(is_sure.map(|delay| Finding::EncoderDelay { delay }));
     Check {
         measured: Measured {
@@ -477,12 +496,15 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
     .collect()
 }
 
-/// Logs whose objects leave at another part of the commanded speed than those of the others, by more than any arm, tip or contact changes from
-/// day to day: speeds are commanded in another unit, or through an override.
+/// Logs whose objects leave at another part of the commanded speed than those of the others: speeds are commanded in another unit, or through
+/// an override, or the camera has another scale.
 fn session_speeds(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     /// So many times as fast, by so many strikes of speeds at which others struck, too: within so much of each other, relative.
     const TIMES: f64 = 1.5;
     const FEWEST: usize = 8;
+    // From so many times on, and so many standard errors, it is told.
+    const TOLD: f64 = 1.15;
+    const ERRORS: f64 = 5.0;
     const NEAR: f64 = 0.05;
     // Logarithms of the launch speed in the commanded one, of each log that struck at a speed.
     let mut by_speed: BTreeMap<i64, BTreeMap<usize, Vec<f64>>> = BTreeMap::new();
@@ -515,12 +537,16 @@ fn session_speeds(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     let each = logs.iter().zip(beside);
     each.filter_map(|(log, beside)| {
         let strikes = beside.len();
-        let times = median(beside)?.exp();
-        let is_other = strikes >= FEWEST && times.ln().abs() > TIMES.ln();
-        is_other.then(|| Finding::SessionSpeed {
+        let middle = median(beside.iter().copied())?;
+        let spread = 1.4826 * median(beside.iter().map(|one| (one - middle).abs()))?;
+        let error = 1.2533 * spread / (strikes as f64).sqrt();
+        let is_told = middle.abs() > TOLD.ln().max(ERRORS * error);
+        let certain = middle.abs() > TIMES.ln();
+        (strikes >= FEWEST && (is_told || certain)).then(|| Finding::SessionSpeed {
             log: log.name.into(),
-            times,
+            times: middle.exp(),
             strikes,
+            certain,
         })
     })
     .collect()
@@ -582,10 +608,16 @@ mod tests {
             let paired = [of(1.0, 1.5), of(unit, gain), of(1.0, 1.5)];
             session_speeds(&logs, &paired)
         };
-        assert_eq!(told(1.0, 1.2), []);
+        assert_eq!(told(1.0, 1.4), []);
+        // As another tip may do, or a camera of another scale.
+        let found = told(1.0, 1.2);
+        assert!(
+            matches!(&found[..], [Finding::SessionSpeed { certain: false, .. }]),
+            "{found:?}"
+        );
         let found = told(2.0, 1.5);
         assert!(
-            matches!(&found[..], [Finding::SessionSpeed { log, times, .. }]
+            matches!(&found[..], [Finding::SessionSpeed { log, times, certain: true, .. }]
                 if log == "two.mcap" && (times - 0.5).abs() < 0.03),
             "{found:?}"
         );

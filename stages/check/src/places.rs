@@ -104,6 +104,29 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
     findings
 }
 
+/// Radii that let no touch be seen as one, where touches alone tell of strikes. A camera that lies behind sees the object where it was as the
+/// tip has gone on: both are nearer by this the faster the tip is.
+pub(crate) fn reach(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Finding> {
+    /// What the radii may be off and touches still be seen, in m, and standard errors of a line through so many.
+    const OFF: f64 = 0.015;
+    const ERRORS: f64 = 6.0;
+    const HITS: usize = 12;
+    let stated = rig.object.solid.radius()? + rig.striker.radius;
+    let by_state = logs.iter().filter(|log| log.seen.is_by_state);
+    let hits: Vec<(f64, f64)> = by_state
+        .flat_map(|log| &log.seen.hits)
+        .map(|hit| (hit.speed, hit.apart))
+        .collect();
+    let line = crate::statistics::line(&hits).filter(|_| hits.len() >= HITS)?;
+    let off = (line.at_zero - stated).abs();
+    (off > OFF.max(ERRORS * line.at_zero_error)).then_some(Finding::Reach {
+        apart: line.at_zero,
+        error: line.at_zero_error,
+        stated,
+        hits: hits.len(),
+    })
+}
+
 /// The arm's measured velocity where it is not the way that its measured place goes: it is told in another frame.
 pub(crate) fn state_frame(logs: &[LogRead<'_>]) -> Option<Finding> {
     /// Slower tips show no way, in m/s; a tip's way bends by less than this in so short a time, in rad.

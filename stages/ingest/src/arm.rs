@@ -44,7 +44,7 @@ impl Stamped for State {
 pub struct TouchDelay {
     /// In s.
     pub seconds: f64,
-    /// Speed of the tip, in m/s.
+    /// Speed of the tip meanwhile, in m/s.
     pub speed: f64,
 }
 
@@ -170,11 +170,20 @@ pub(crate) fn touch_delay(
         .windows(2)
         .find(|pair| pair[0].1 > 0.0 && pair[1].1 <= 0.0)
         .map(|pair| [pair[0], pair[1]])?;
-    let speed = (before.1 - after.1) / (after.0 - before.0);
-    let touch = before.0 + before.1 / speed;
+    let at_touch = (before.1 - after.1) / (after.0 - before.0);
+    let touch = before.0 + before.1 / at_touch;
+    // A reach that is stated wrongly is touched where the tip still speeds up: on its whole way from there it is as fast in the mean.
+    let later = places.partition_point(|(t, _)| *t <= moves);
+    let here = later
+        .checked_sub(1)
+        .and_then(|i| Some((places[i], *places.get(later)?)));
+    let on_the_way = here.and_then(|((t, one), (next, other))| {
+        let far = one + (other - one) * (moves - t) / (next - t);
+        ((moves - touch).abs() > after.0 - before.0).then_some(-far / (moves - touch))
+    });
     Some(TouchDelay {
         seconds: moves - touch,
-        speed,
+        speed: on_the_way.filter(|speed| *speed > 0.0).unwrap_or(at_touch),
     })
 }
 

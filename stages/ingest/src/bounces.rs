@@ -26,6 +26,15 @@ pub struct Bounce {
     pub after: Point,
 }
 
+/// What the tip pushed, by the places of both, however far both radii reach.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hit {
+    /// From the tip's centre to the object's as it was pushed, in m.
+    pub apart: f64,
+    /// Speed of the tip towards the object, in m/s.
+    pub speed: f64,
+}
+
 /// A moment at which an object's velocity changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Break {
@@ -92,6 +101,11 @@ const AWAY: f64 = 0.5;
 /// The tip has to do with it where it is so near (m) beside both radii, within this time (s).
 const NEAR_TIP: f64 = 0.03;
 const TIP_TIME: f64 = 0.05;
+/// A tip that may have pushed it is nearer than this to it, in m, and goes towards it at this speed, in m/s, and it goes away from the tip
+/// within the angle of this cosine.
+const FARTHEST: f64 = 0.2;
+const HITS: f64 = 0.3;
+const STRAIGHT_AWAY: f64 = 0.95;
 /// States are held for so long, in s.
 const HELD: f64 = 30.0;
 /// A flight that lasts for more frames is looked at in parts.
@@ -112,6 +126,7 @@ pub(crate) struct Breaks {
     /// Flights that have ended, and wait until it is known where the tip was when they began.
     ended: VecDeque<Flight>,
     tips: VecDeque<State>,
+    hits: Vec<Hit>,
 }
 
 impl Breaks {
@@ -126,6 +141,7 @@ impl Breaks {
             flight: Flight::default(),
             ended: VecDeque::new(),
             tips: VecDeque::new(),
+            hits: Vec::new(),
         }
     }
 
@@ -294,6 +310,8 @@ impl Breaks {
                 break;
             }
             let touch = flight.begun.and_then(|begun| self.touch(&begun));
+            let hit = flight.begun.and_then(|begun| self.hit(&begun));
+            self.hits.extend(hit);
             if let Some(flight) = self.ended.pop_front() {
                 taken.push((flight, touch));
             }
@@ -301,17 +319,44 @@ impl Breaks {
         taken
     }
 
-    /// What the tip did at a break, where it is near.
-    fn touch(&self, begun: &Break) -> Option<Touch> {
+    /// What the tip pushed of the flights that were taken.
+    pub(crate) fn take_hits(&mut self) -> Vec<Hit> {
+        std::mem::take(&mut self.hits)
+    }
+
+    /// The states about a moment.
+    fn tips_about(&self, stamp: i64) -> Vec<State> {
         let from = self
             .tips
-            .partition_point(|tip| since(tip.stamp, begun.stamp) > TIP_TIME);
-        let near: Vec<State> = self
-            .tips
-            .range(from..)
-            .take_while(|tip| since(begun.stamp, tip.stamp) <= TIP_TIME)
+            .partition_point(|tip| since(tip.stamp, stamp) > TIP_TIME);
+        let near = self.tips.range(from..);
+        near.take_while(|tip| since(stamp, tip.stamp) <= TIP_TIME)
             .copied()
-            .collect();
+            .collect()
+    }
+
+    /// What the tip may have done at a break, by the direction of the push alone.
+    fn hit(&self, begun: &Break) -> Option<Hit> {
+        let near = self.tips_about(begun.stamp);
+        if near.is_empty() {
+            return None;
+        }
+        let tip = Touch::at(&near, begun.stamp);
+        let Bounce {
+            place,
+            before,
+            after,
+        } = begun.bounce;
+        let (centres, impulse) = (place - tip.position, after - before);
+        let apart = centres.norm();
+        let speed = tip.velocity.dot(centres) / apart.max(1e-12);
+        let away = impulse.dot(centres) / (impulse.norm() * apart).max(1e-12);
+        (apart < FARTHEST && speed > HITS && away > STRAIGHT_AWAY).then_some(Hit { apart, speed })
+    }
+
+    /// What the tip did at a break, where it is near.
+    fn touch(&self, begun: &Break) -> Option<Touch> {
+        let near = self.tips_about(begun.stamp);
         let is_near = |tip: &State| tip.position.distance(begun.bounce.place) < self.reach;
         if !near.iter().any(is_near) {
             return None;

@@ -38,7 +38,7 @@ mod yaw;
 
 pub use arm::{Meeting, TouchDelay};
 pub use assemble::{Strikes, assemble};
-pub use bounces::Bounce;
+pub use bounces::{Bounce, Hit};
 pub use error::IngestError;
 pub use fences::{FoundFence, fences};
 pub use log::ingest_log;

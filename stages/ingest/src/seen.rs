@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use values::{Point, Rig, Strike, Track};
 
 use crate::arm::{Meeting, TouchDelay};
-use crate::bounces::{self, Bounce};
+use crate::bounces::{self, Bounce, Hit};
 use crate::episode::{Episode, is_finite, speed};
 use crate::order::{seconds, since};
 use crate::plateau::plateau;
@@ -38,6 +38,9 @@ pub struct Seen {
     pub bounces: Vec<Bounce>,
     /// From the tip's touching the object, by its measured place, to the object's first motion, one a strike.
     pub delays: Vec<TouchDelay>,
+    /// How far apart both centres were where the tip seems to have pushed the object.
+    #[serde(default)]
+    pub hits: Vec<Hit>,
     /// Where the tip was, by its measured place, as it moved, one a strike from rest.
     #[serde(default)]
     pub meetings: Vec<Meeting>,

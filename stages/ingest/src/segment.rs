@@ -6,14 +6,13 @@
 use std::collections::VecDeque;
 
 use logs::Sample;
-use values::{Command, Conditions, End, Point, Reject, RejectReason, Rig, Strike, split_of};
+use values::{Command, Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
 
 use crate::arm::{State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
 use crate::counts::Counts;
 use crate::episode::{EndOfData, Episode, Episodes, Queue};
 use crate::extras::{Extras, Waiting};
-use crate::grazes::graze;
 use crate::identity::strike_id;
 use crate::order::{ClockSetBack, Ordered, seconds};
 use crate::outcome::StrikeSummary;
@@ -100,6 +99,7 @@ pub(crate) struct Segmenter<'a> {
     /// where its state says, the former are the strikes, and the latter are what a hand did meanwhile.
     touched: ByState,
     untouched: ByState,
+    is_touched: bool,
     /// What the tip touched, until it is known how far the camera lies behind it.
     flights: Vec<TouchedFlight>,
     /// Of a log with commands: commands at which the object moved before, and touches of an object that moved.
@@ -139,6 +139,7 @@ impl<'a> Segmenter<'a> {
             before: Vec::new(),
             touched: ByState::default(),
             untouched: ByState::default(),
+            is_touched: false,
             flights: Vec::new(),
             restless: Vec::new(),
             moved: Vec::new(),
@@ -369,6 +370,7 @@ impl<'a> Segmenter<'a> {
                 Vec::new()
             };
         }
+        self.found.seen.hits.extend(self.breaks.take_hits());
         let slides = self.pushes.take(self.log, self.rig, at_end);
         self.counts.carried += self.pushes.take_carried();
         self.found.seen.slides.extend(slides);
@@ -526,6 +528,7 @@ impl<'a> Segmenter<'a> {
             motions,
             delays,
         } = if is_touched {
+            self.is_touched = true;
             // Those that a touch shows are no idle ones.
             let seen = touched.strikes.len() + touched.rejects.len();
             self.counts.idle_motions += untouched.strikes.len().saturating_sub(seen) as u64;
@@ -694,12 +697,7 @@ impl<'a> Segmenter<'a> {
         let slide = slide::find(&frames)?;
         self.counts.outliers += slide.outliers;
         let shown = &mut self.found.seen;
-        // What was turned round, or caught, has ended there.
-        if slide.track.end != End::Contact {
-            shown
-                .bounces
-                .extend(graze(&slide.track, self.rig.camera.noise));
-        }
+        shown.bounces.extend(slide.grazed);
         shown.gathered.extend(gathered(&slide.track));
         let command = match commanded {
             Some(command) => command,
@@ -740,7 +738,9 @@ impl<'a> Segmenter<'a> {
             self.found.notes.push("no command is logged: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named".into());
         }
         self.found.notes.extend(self.counts.notes());
-        self.found.notes.extend(self.extras.notes());
+        if !self.is_touched {
+            self.found.notes.extend(self.extras.notes());
+        }
         self.found.notes.extend(self.counts.other_rate(self.rig));
         self.found
     }

@@ -13,6 +13,7 @@ mod contact;
 mod frames;
 mod held;
 mod motion;
+mod pushed;
 mod rest;
 mod stopped;
 mod tolerances;
@@ -27,7 +28,8 @@ use self::motion::first_motion;
 pub(crate) use self::rest::{NOISIER, is_rest, lies_still};
 use self::rest::{initial, rest_after, rest_before};
 use self::tolerances::{FRAMES_AFTER, GAP_LATER, REST_BEFORE, SURELY_AWAY_NOISE};
-use crate::bounces::turned_round;
+use crate::bounces::{Bounce, turned_round};
+use crate::grazes::graze;
 use crate::order::since;
 use crate::rejection::Rejection;
 
@@ -35,6 +37,8 @@ use crate::rejection::Rejection;
 const FASTER: f64 = 2.0;
 /// Frames in which a slide is fastest: contact may last for some.
 const BEGINNING: usize = 10;
+/// The arm has let go of an object this long after its command fell back and the object began to move, in s.
+const LETS_GO: f64 = 0.1;
 /// A track that does not end at rest needs as many frames.
 const FEWEST_CENSORED: usize = 8;
 /// Most of a slide's frames that may be missing.
@@ -50,6 +54,8 @@ pub(crate) struct Slide {
     pub(crate) track: Track,
     /// Frames that jumped away and back, left out of the track.
     pub(crate) outliers: usize,
+    /// What led it along, or turned it aside, on its way.
+    pub(crate) grazed: Option<Bounce>,
     /// Seconds from the frame before first motion to it.
     pub(crate) gap: f64,
 }
@@ -114,14 +120,28 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let carried_on = stopped::carried_on(&frames.frames[first..until]);
     let carried_on =
         carried_on.map(|(at, stands)| stopped(first + at, stands).unwrap_or(first + at));
+    let let_go = frames.frames[first].t.max(frames.fall) + LETS_GO;
+    let let_go = frames.at(let_go).clamp(first, until);
+    let sliding = &frames.frames[let_go..until];
+    let ahead = sliding.first().map_or(initial, |frame| frame.point) - initial;
+    let pushed = pushed::pushed(sliding, ahead, rest.noise, shape).map(|push| {
+        let at = let_go + push.at;
+        // A hand may have held it before.
+        let held = push.stands.and_then(|stands| stopped(at, stands));
+        held.unwrap_or(at)
+    });
+    let by_hand = |at: usize| is_whole.then_some((at, End::Contact));
     let taken = held
         .into_iter()
         .chain(turned)
         .chain(caught)
         .chain(carried_on);
-    let taken = taken.filter(|_| is_whole).map(|at| (at, End::Contact));
+    let taken = taken.filter_map(by_hand);
     let ends = met.into_iter().chain(left).chain(taken);
-    let ended = ends.min_by_key(|(end, _)| *end);
+    let unpushed = ends.min_by_key(|(end, _)| *end);
+    let pushed = pushed.and_then(by_hand);
+    let ended = unpushed.into_iter().chain(pushed);
+    let ended = ended.min_by_key(|(end, _)| *end);
     let (arrival, stop, last, end_of_track) = match ended {
         Some((end, why)) => {
             if end < first + FEWEST_CENSORED {
@@ -144,18 +164,18 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
         End::Rest => (arrival + FRAMES_AFTER).min(last),
         End::Contact | End::LeftView => last,
     };
-    let start = &frames.frames[first];
-    let used = &frames.frames[first..end];
-    let track = Track {
-        t: used
-            .iter()
-            .map(|frame| since(start.stamp, frame.stamp))
-            .collect(),
-        x: used.iter().map(|frame| frame.point.x).collect(),
-        y: used.iter().map(|frame| frame.point.y).collect(),
-        yaw: None,
-        end: end_of_track,
+    let track = track(&frames.frames[first..end], end_of_track);
+    // What leads it along may be a fence. What was turned round, or caught, has ended there.
+    let along = unpushed.map_or(until, |(end, _)| end);
+    let grazed = match unpushed {
+        Some((_, End::Contact)) => None,
+        _ if along > end => graze(
+            &self::track(&frames.frames[first..along], end_of_track),
+            frames.rig.camera.noise,
+        ),
+        _ => graze(&track, frames.rig.camera.noise),
     };
+    let start = &frames.frames[first];
     let end = frames.frames[last - 1].t;
     let outliers = frames
         .outliers
@@ -168,9 +188,22 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
         stop,
         track,
         outliers,
+        grazed,
         gap: start.t - frames.frames[first.saturating_sub(1)].t,
     };
     Ok(StrikeSummary { slide, end })
+}
+
+/// The track of these frames, which begin with first motion.
+fn track(frames: &[Frame], end: End) -> Track {
+    let after = |frame: &Frame| since(frames[0].stamp, frame.stamp);
+    Track {
+        t: frames.iter().map(after).collect(),
+        x: frames.iter().map(|frame| frame.point.x).collect(),
+        y: frames.iter().map(|frame| frame.point.y).collect(),
+        yaw: None,
+        end,
+    }
 }
 
 /// The first frame that may have been turned round on its way to `until`, by a fence that is not known, a corner or a hand.

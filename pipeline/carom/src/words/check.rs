@@ -28,6 +28,9 @@ pub fn severity(severity: Severity) -> &'static str {
     }
 }
 
+/// As near as this to half a turn, in rad, a sign is what is wrong.
+const HALF_TURN: f64 = 0.15;
+
 pub fn say(finding: &Finding, rig: &Rig) -> Said {
     let said = |seen: String, likely: &str, mend: String| Said {
         seen,
@@ -102,18 +105,26 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 (true, true) => "mirrored = false  ",
                 (false, _) => "",
             };
+            let is_half = std::f64::consts::PI - by.abs() < HALF_TURN;
+            let (likely, or) = match (is_half, *mirrored) {
+                (true, true) => (
+                    "the camera's picture, or the commands, are mirrored about the y axis",
+                    "negate x where it is tracked, or where it is commanded; or ",
+                ),
+                (true, false) => (
+                    "the commands have the opposite sign, or the arm's base, or the camera, is turned by half a turn",
+                    "negate the commands where they are logged; if something is turned, ",
+                ),
+                (false, _) => ("the arm's base, or the camera, is turned about the table", ""),
+            };
             let mend = if *certain || *mirrored {
                 format!(
-                    "state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.3}` (measure it: strikes do not tell the base's turn from a constant error of heading, which this number would hide), or log both in the frame `table`"
+                    "{or}state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.3}` (measure it: strikes do not tell the base's turn from a constant error of heading, which this number would hide), or log both in the frame `table`"
                 )
             } else {
                 "check how the arm's base and the camera are turned on the table, and where the tip meets the object".into()
             };
-            said(
-                seen,
-                "the arm's base, or the camera, is turned about the table",
-                of_one(log.as_deref(), mend),
-            )
+            said(seen, likely, of_one(log.as_deref(), mend))
         }
         Finding::ConstantHeading {
             log,
@@ -411,6 +422,23 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 format!("measure both, and state {}", either.join(" or ")),
             )
         }
+        Finding::Reach {
+            apart,
+            error,
+            stated,
+            hits,
+        } => said(
+            format!(
+                "{hits} times the tip pushes the object where their centres are {:.1} mm (± {:.1}) apart; both radii make {:.1} mm",
+                apart * 1e3,
+                2.0 * error * 1e3,
+                stated * 1e3
+            ),
+            "the object's size, or the tip's, is not what the rig file states: touches, which tell of strikes where no command is logged, are not seen",
+            format!(
+                "measure both, and state `[object] radius` and `[striker] radius`, which make {apart:.4} together"
+            ),
+        ),
         Finding::OtherCommands {
             log,
             by,
@@ -619,11 +647,15 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             log,
             times,
             strikes,
+            certain,
         } => said(
             format!(
                 "{log}: objects leave {times:.2} times as fast as those of the other logs, for the same commanded speeds, over {strikes} strikes"
             ),
-            "its speeds are logged in another unit, or before an override that the other logs do not have",
+            match certain {
+                true => "its speeds are logged in another unit, or before an override that the other logs do not have",
+                false => "its speeds are logged before an override, its camera has another scale, or another tip or object was used",
+            },
             "log what the arm is told, in m/s, in every session; or give this log a run of its own".into(),
         ),
         Finding::Density { density } => said(

@@ -1,10 +1,12 @@
 //! From logs to strikes: what was really done is what is measured, once, in any file.
 
-use crate::common::{EPOCH, Folder, IMPACT, ingest, ingest_samples, noted, session, time, truths};
+use crate::common::{
+    EPOCH, Folder, IMPACT, Truth, ingest, ingest_samples, noted, session, time, truths,
+};
 use ingest::{Ingest, LogFile, LogOutcome, StrikeSummary, assemble};
 use logs::write::{Samples, Stamped};
 use stage::ListStage;
-use values::split_of;
+use values::{End, Point, split_of};
 
 #[test]
 fn strikes_are_measured_as_they_were_made() {
@@ -271,5 +273,40 @@ fn topics_that_are_not_there_are_named() {
     assert!(
         error.contains("/puck") && error.contains("/object/centroid"),
         "{error}"
+    );
+}
+
+#[test]
+fn what_is_pushed_on_while_it_rests_for_a_moment_is_no_stop() {
+    let truths = truths(6);
+    let slides = |truth: &Truth| truth.release / truth.deceleration;
+    // After so short a rest a hand pushes it aside for 0.4 s.
+    for pause in [0.06, 0.12] {
+        let mut samples = session(&truths);
+        for sample in &mut samples.centroids {
+            let t = time(sample);
+            let struck = truths.iter().rev().find(|truth| truth.start <= t);
+            let Some(truth) = struck.filter(|truth| t < truth.start + 4.0) else {
+                continue;
+            };
+            let pushed = truth.start + IMPACT + slides(truth) + pause;
+            let aside = Point::polar(0.3 * (t - pushed).clamp(0.0, 0.4), truth.angle + 1.5);
+            (sample.x, sample.y) = (sample.x + aside.x, sample.y + aside.y);
+        }
+        let outcome = ingest_samples(&samples);
+        assert_eq!(outcome.strikes.len(), truths.len(), "{:?}", outcome.rejects);
+        for (strike, truth) in outcome.strikes.iter().zip(&truths) {
+            assert_eq!(strike.track.end, End::Contact, "{pause}: {strike:?}");
+            let until = strike.track.t.last().copied().unwrap_or_default();
+            let pushed = slides(truth) + pause;
+            assert!(until < pushed + 0.05, "{until} {pushed}");
+        }
+    }
+    let outcome = ingest_samples(&session(&truths));
+    assert!(
+        outcome
+            .strikes
+            .iter()
+            .all(|strike| strike.track.end == End::Rest)
     );
 }
