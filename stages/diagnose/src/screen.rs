@@ -75,9 +75,22 @@ impl Screened {
 
     /// Takes the greatest score where the signs of strikes (a row each) are flipped, in each column, for what chance brings.
     pub(crate) fn flip(&mut self, signs: &DMatrix<f64>) {
+        // By one product, which is blocked, where one of a few rows is not.
+        let rows = self.scores.iter().map(|score| score.by_strike.nrows());
+        let mut by_strike = DMatrix::zeros(rows.sum(), signs.nrows());
+        let mut first = 0;
+        for Score { by_strike: own, .. } in self.scores.iter().map(AsRef::as_ref) {
+            by_strike.rows_mut(first, own.nrows()).copy_from(own);
+            first += own.nrows();
+        }
+        let flipped = by_strike * signs;
         self.by_chance = vec![0.0; signs.ncols()];
+        let mut first = 0;
         for score in &self.scores {
-            for (most, gain) in self.by_chance.iter_mut().zip(score.flipped(signs)) {
+            let count = score.by_strike.nrows();
+            let gains = score.gains(flipped.rows(first, count));
+            first += count;
+            for (most, gain) in self.by_chance.iter_mut().zip(gains) {
                 *most = most.max(gain);
             }
         }

@@ -26,12 +26,10 @@ pub(crate) fn without<'a>(
     place: usize,
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
-    let null = || selection.null.clone();
-    selection.fitted = reduced(&selection, place, Goal::Settled)?.unwrap_or_else(null);
-    selection.effects = alone(&selection, chance, Goal::LIKELIHOOD)?
-        .into_iter()
-        .map(|(effect, _)| effect)
-        .collect();
+    let reduced = reduced(&selection, place, Goal::Settled)?;
+    let fitted = reduced.unwrap_or_else(|| selection.null.clone());
+    selection = selection.holding(fitted);
+    selection.effects = alone(&selection, chance, Goal::LIKELIHOOD)?;
     Ok(selection)
 }
 
@@ -112,32 +110,27 @@ pub(super) fn standing<'a>(
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
     loop {
-        let mut alone = alone(&selection, chance, Goal::LIKELIHOOD)?;
-        let idle = alone
-            .iter()
-            .position(|(effect, reduced)| effect.evidence < 0.0 && reduced.is_some());
-        match idle.and_then(|place| alone.swap_remove(place).1) {
-            Some(reduced) => selection.fitted = reduced,
-            None => {
-                selection.effects = alone.into_iter().map(|(effect, _)| effect).collect();
-                return Ok(selection);
-            }
+        selection.effects = alone(&selection, chance, Goal::LIKELIHOOD)?;
+        let mut effects = selection.effects.iter();
+        let idle = effects.find(|effect| effect.evidence < 0.0 && effect.without.is_some());
+        match idle.and_then(|effect| effect.without.clone()) {
+            Some(reduced) => selection = selection.holding(reduced),
+            None => return Ok(selection),
         }
     }
 }
 
-/// Each effect and its evidence beside the others, and the model without it.
+/// Each effect and its evidence beside the others.
 fn alone(
     selection: &Selection<'_>,
     chance: &Chance,
     goal: Goal,
-) -> Result<Vec<(SelectedEffect, Option<Fitted>)>, WorldError> {
+) -> Result<Vec<SelectedEffect>, WorldError> {
     (0..selection.fitted.model.parts.len())
         .into_par_iter()
         .map(|place| {
             let reduced = reduced(selection, place, goal)?;
-            let effect = effect_alone(selection, place, reduced.as_ref(), chance);
-            Ok((effect, reduced))
+            Ok(effect_alone(selection, place, reduced, chance))
         })
         .collect()
 }
@@ -160,12 +153,9 @@ pub(crate) fn with_rivals<'a>(
     let effects = alone(&selection, chance, Goal::Settled)?
         .into_par_iter()
         .enumerate()
-        .map(|(place, (effect, reduced))| match reduced {
-            Some(reduced) => {
-                let rivals = asked(effect.name);
-                assessed(&selection, place, effect, &reduced, &rivals, chance)
-            }
-            None => Ok(effect),
+        .map(|(place, effect)| {
+            let rivals = asked(effect.name);
+            assessed(&selection, place, effect, &rivals, chance)
         })
         .collect::<Result<_, WorldError>>()?;
     selection.effects = effects;
@@ -195,7 +185,7 @@ pub(super) fn refine<'a>(
             }
         }
         match better {
-            Some(fitted) => selection.fitted = fitted,
+            Some(fitted) => selection = selection.holding(fitted),
             None => return Ok(selection),
         }
     }
@@ -233,28 +223,33 @@ pub(super) fn replaced(
         .map(|rival| rival.fitted))
 }
 
-/// The model without one of its effects, fitted; `None` where that diverges.
+/// The model without one of its effects, fitted; `None` where that diverges. It is fitted once, and fitted on where it must be settled.
 fn reduced(
     selection: &Selection<'_>,
     place: usize,
     goal: Goal,
 ) -> Result<Option<Fitted>, WorldError> {
-    let from = &selection.fitted;
-    selection
-        .prepared
-        .fit_from(from, &from.model.without(place), goal)
+    let Selection {
+        prepared, fitted, ..
+    } = selection;
+    let known = selection.effects.get(place).map(|effect| &effect.without);
+    match (known, goal) {
+        (Some(Some(known)), Goal::Settled) => prepared.fit_from(known, &known.model, goal),
+        (Some(known), _) => Ok(known.clone()),
+        (None, _) => prepared.fit_from(fitted, &fitted.model.without(place), goal),
+    }
 }
 
 /// An effect and its evidence beside the others; without bound where no model without it can be fitted.
 fn effect_alone(
     selection: &Selection<'_>,
     place: usize,
-    reduced: Option<&Fitted>,
+    without: Option<Fitted>,
     chance: &Chance,
 ) -> SelectedEffect {
     let fitted = &selection.fitted;
     let name = fitted.model.parts[place].name;
-    let evidence = reduced.map_or(f64::INFINITY, |reduced| {
+    let evidence = without.as_ref().map_or(f64::INFINITY, |reduced| {
         evidence_of(
             name,
             fitted.likelihood() - reduced.likelihood(),
@@ -266,6 +261,7 @@ fn effect_alone(
     SelectedEffect {
         name,
         evidence,
+        without,
         equivalent: Vec::new(),
         rivals: Vec::new(),
     }
@@ -276,10 +272,12 @@ fn assessed(
     selection: &Selection<'_>,
     place: usize,
     effect: SelectedEffect,
-    reduced: &Fitted,
     candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<SelectedEffect, WorldError> {
+    let Some(reduced) = &effect.without else {
+        return Ok(effect);
+    };
     let Selection {
         prepared, fitted, ..
     } = selection;
