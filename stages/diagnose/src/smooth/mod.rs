@@ -40,7 +40,7 @@ pub(crate) fn family_columns(
         let Some(test) = ScoreTest::new(prepared, fitted, &random, Replicates::NONE) else {
             break;
         };
-        let Some(bumps) = bumps(prepared, fitted, &test, covariate)? else {
+        let Some(bumps) = bumps(prepared, fitted, &test, covariate) else {
             continue;
         };
         let scores = test.scores(bumps.count(), &bumps.moved);
