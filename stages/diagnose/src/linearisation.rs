@@ -279,10 +279,20 @@ impl<'w, 'a> Worlds<'w, 'a> {
             response.answer(start, &|_| Rate::default(), column);
         };
         let mut nuisances = DMatrix::zeros(2 * n, NUISANCES);
-        started(response.faster(), nuisances.column_mut(SPEED).as_mut_slice());
-        started(response.turned(), nuisances.column_mut(ANGLE).as_mut_slice());
+        started(
+            response.faster(),
+            nuisances.column_mut(SPEED).as_mut_slice(),
+        );
+        started(
+            response.turned(),
+            nuisances.column_mut(ANGLE).as_mut_slice(),
+        );
         let mut by_friction = nuisances.column_mut(FRICTION);
-        response.answer(StartChange::default(), &Node::friction, by_friction.as_mut_slice());
+        response.answer(
+            StartChange::default(),
+            &Node::friction,
+            by_friction.as_mut_slice(),
+        );
         nuisances.set_column(2, &rate);
         nuisances.view_mut((0, 3), (n, 1)).fill(1.0);
         nuisances.view_mut((n, 4), (n, 1)).fill(1.0);

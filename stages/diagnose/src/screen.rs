@@ -225,19 +225,24 @@ fn moved(
     begin: &FitStart,
 ) -> Result<Option<StrikeColumns>, WorldError> {
     let columns = &begin.columns;
-    let each = columns.iter().map(|column| {
-        world::effects::build(&added(&little(name, column)), prepared.rig)
-    });
+    let each = columns
+        .iter()
+        .map(|column| world::effects::build(&added(&little(name, column)), prepared.rig));
     let each = each.collect::<Result<Vec<_>, WorldError>>()?;
     let touches = |column: usize, strike| {
         let region = columns[column].region;
         region.is_none_or(|(centre, radius)| prepared.passes(strike, centre, radius))
     };
-    if each.iter().all(|effect| matches!(effect.acts(), Acts::Slide | Acts::Strike)) {
-        return Ok(test.moved(columns.len(), &touches, &|response, _, k, change| {
-            let added = |node: &Node| response.effect(node, each[k].as_ref());
-            response.answer(StartChange::default(), &added, change);
-        }));
+    if each
+        .iter()
+        .all(|effect| matches!(effect.acts(), Acts::Slide | Acts::Strike))
+    {
+        return Ok(
+            test.moved(columns.len(), &touches, &|response, _, k, change| {
+                let added = |node: &Node| response.effect(node, each[k].as_ref());
+                response.answer(StartChange::default(), &added, change);
+            }),
+        );
     }
     let model = &fitted.model;
     let beside = each.into_iter().map(|effect| {
@@ -250,9 +255,8 @@ fn moved(
         .iter()
         .map(|effects| prepared.planar(&model.values, effects))
         .collect();
-    let is_command = |effect: &Box<dyn Effect>| {
-        effect.acts() == Acts::Launch && effect.tip_offset() == 0.0
-    };
+    let is_command =
+        |effect: &Box<dyn Effect>| effect.acts() == Acts::Launch && effect.tip_offset() == 0.0;
     if beside.iter().all(|all| all.last().is_some_and(is_command)) {
         let here = model.effects(prepared.rig, &model.values)?;
         let here = prepared.planar(&model.values, &here);
@@ -261,9 +265,11 @@ fn moved(
         ));
     }
     let clock = model.values[CLOCK];
-    Ok(test.moved(columns.len(), &touches, &|response, i, k, change| {
-        prepared.answer_of(response, &worlds[k], i, clock, &fitted.nuisances[i], change);
-    }))
+    Ok(
+        test.moved(columns.len(), &touches, &|response, i, k, change| {
+            prepared.answer_of(response, &worlds[k], i, clock, &fitted.nuisances[i], change);
+        }),
+    )
 }
 
 /// A fitted model with a little of an effect beside it.

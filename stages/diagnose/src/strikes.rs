@@ -206,7 +206,12 @@ impl<'a> PreparedStrikes<'a> {
         b: &Nuisances,
         longest: f64,
     ) -> Option<Response<'a>> {
-        planar.response(&self.strikes[i].into(), release, &deviation(clock, b), longest)
+        planar.response(
+            &self.strikes[i].into(),
+            release,
+            &deviation(clock, b),
+            longest,
+        )
     }
 
     /// Change of its frames in another world.

@@ -83,7 +83,8 @@ impl Body {
         let eighth = step / 8.0;
         Self {
             position: (a.position + b.position) * 0.5 + (a.velocity - b.velocity) * eighth,
-            velocity: (a.velocity + b.velocity) * 0.5 + (at_a.acceleration - at_b.acceleration) * eighth,
+            velocity: (a.velocity + b.velocity) * 0.5
+                + (at_a.acceleration - at_b.acceleration) * eighth,
             spin: (a.spin + b.spin) * 0.5 + (at_a.turning - at_b.turning) * eighth,
         }
     }
@@ -141,7 +142,9 @@ impl<'s> Forces<'s> {
     pub(super) fn dry(&self, body: &Body) -> f64 {
         let slide = self.slide(body);
         let varying = self.planar.varying.iter();
-        varying.fold(self.dry * self.factor, |dry, e| dry * e.friction_factor(&slide))
+        varying.fold(self.dry * self.factor, |dry, e| {
+            dry * e.friction_factor(&slide)
+        })
     }
 
     fn slide(&self, body: &Body) -> Slide<'_> {

@@ -22,10 +22,7 @@ use values::{Conditions, Point};
 use crate::{
     Impact, Release, effects,
     launch::Launch,
-    planar::{
-        forces::Forces,
-        sliding::Sliding,
-    },
+    planar::{forces::Forces, sliding::Sliding},
 };
 
 impl Planar<'_> {

@@ -362,7 +362,12 @@ impl Response<'_> {
         }
     }
 
-    fn start_of(&self, other: &Planar<'_>, release: &Release, deviation: &Deviation) -> StartChange {
+    fn start_of(
+        &self,
+        other: &Planar<'_>,
+        release: &Release,
+        deviation: &Deviation,
+    ) -> StartChange {
         let late = release.time - self.release.time;
         let factor = deviation.speed.exp();
         let turned = |p: Point| p.rotated(deviation.angle);

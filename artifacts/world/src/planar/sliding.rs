@@ -165,7 +165,9 @@ impl<'s> Sliding<'s> {
     /// A step, by the rates at its beginning, twice in its middle, and at its end (Runge and Kutta).
     #[inline(always)]
     fn go(&mut self, second: &Rate, third: &Rate, fourth: &Rate) {
-        let next = self.body.stepped([&self.rate, second, third, fourth], self.step);
+        let next = self
+            .body
+            .stepped([&self.rate, second, third, fourth], self.step);
         while let Some(time) = self.times.get(self.frame)
             && time + self.delay < self.t + self.step
         {

@@ -47,7 +47,10 @@ impl StrikeProducts {
             for place in of_strike.touching {
                 let sum = &mut sums[place];
                 let count = sum.own.ncols();
-                sum.own.iter_mut().zip(&mut own).for_each(|(sum, own)| *sum += own);
+                sum.own
+                    .iter_mut()
+                    .zip(&mut own)
+                    .for_each(|(sum, own)| *sum += own);
                 sum.cross += of_strike.cross.view((NUISANCES, first), (width, count));
                 first += count;
             }
