@@ -113,7 +113,7 @@ fn screen_beside_family(
     let Selection {
         prepared, fitted, ..
     } = selection;
-    let family = family_columns(prepared, fitted)?;
+    let family = family_columns(prepared, fitted);
     match ScoreTest::new(prepared, fitted, &family, Replicates::NONE) {
         Some(test) => screen_by(prepared, fitted, &test, candidates),
         None => Ok(Vec::new()),

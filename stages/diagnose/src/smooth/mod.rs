@@ -5,8 +5,6 @@ pub(crate) mod bumps;
 pub(crate) mod covariate;
 pub(crate) mod ridge;
 
-use world::WorldError;
-
 use self::{
     bumps::bumps,
     covariate::{Covariate, family},
@@ -25,7 +23,7 @@ use crate::{
 pub(crate) fn family_columns(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
-) -> Result<Vec<RandomColumns>, WorldError> {
+) -> Vec<RandomColumns> {
     let parts = fitted.model.parts.iter();
     let mut covariates: Vec<Covariate> = parts
         .flat_map(|part| {
@@ -52,5 +50,5 @@ pub(crate) fn family_columns(
             });
         }
     }
-    Ok(random)
+    random
 }
