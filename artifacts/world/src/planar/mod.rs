@@ -57,6 +57,6 @@ impl Planar<'_> {
         release: Release,
         deviation: &Deviation,
     ) -> Option<Frames> {
-        Sliding::new(self, input, release, deviation).to_rest()
+        Sliding::new(self, input, release, deviation).followed()
     }
 }

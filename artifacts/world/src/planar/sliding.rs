@@ -191,7 +191,7 @@ impl<'s> Sliding<'s> {
     }
 
     /// To rest; `None` where it does not.
-    pub(super) fn to_rest(mut self) -> Option<Frames> {
+    pub(super) fn followed(mut self) -> Option<Frames> {
         while self.phase == Phase::Slides {
             self.step_on();
         }
