@@ -255,9 +255,11 @@ fn moved(
         .iter()
         .map(|effects| prepared.planar(&model.values, effects))
         .collect();
-    let is_command =
-        |effect: &Box<dyn Effect>| effect.acts() == Acts::Launch && effect.tip_offset() == 0.0;
-    if beside.iter().all(|all| all.last().is_some_and(is_command)) {
+    let is_command = |all: &Vec<Box<dyn Effect>>| {
+        let effect = all.last();
+        effect.is_some_and(|effect| effect.acts() == Acts::Launch && effect.tip_offset() == 0.0)
+    };
+    if beside.iter().all(is_command) {
         let here = model.effects(prepared.rig, &model.values)?;
         let here = prepared.planar(&model.values, &here);
         return Ok(Some(

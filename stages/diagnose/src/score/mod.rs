@@ -38,6 +38,9 @@ const LONGEST: f64 = 0.025;
 /// Wander of friction, relative, that shows in no track.
 const STILL: f64 = 1e-3;
 
+/// Writes the change of a strike's frames by a column: the strike's response, its place, the column's, and the change.
+type Answer<'f> = dyn Fn(&Response<'_>, usize, usize, &mut [f64]) + Sync + 'f;
+
 /// The wander's columns, where there is one.
 fn wander(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> Option<RandomColumns> {
     let wander = fitted.estimated.components.wander;
@@ -181,7 +184,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         &self,
         count: usize,
         touches: &(dyn Fn(usize, usize) -> bool + Sync),
-        answer: &(dyn Fn(&Response<'_>, usize, usize, &mut [f64]) + Sync),
+        answer: &Answer<'_>,
     ) -> Option<StrikeColumns> {
         let responses = self.responses()?.par_iter().enumerate();
         let of_strike = |(i, response): (usize, &Response<'_>)| {
