@@ -8,7 +8,7 @@ use values::Point;
 use world::{
     Release, WorldError,
     effects::{Acts, Effect},
-    planar::{self, Job, Planar},
+    planar::{Node, Planar, Rate, StartChange},
 };
 
 use crate::{
@@ -19,10 +19,6 @@ use crate::{
     wander::Path,
 };
 
-/// Steps of the differences by a strike's own speed (relative), angle (rad) and friction (relative).
-const STEPS: [(usize, f64); 3] = [(SPEED, 0.004), (ANGLE, 0.004), (FRICTION, 0.01)];
-/// Step of the differences by spin: in rad/s, or as a share of it.
-const SPIN: (f64, f64) = (0.1, 0.05);
 /// A strike's columns: coordinates in m, all x, then all y.
 #[derive(Clone, Debug)]
 pub(crate) struct Derivatives {
@@ -275,45 +271,38 @@ impl<'w, 'a> Worlds<'w, 'a> {
                 Source::Slide => Beside::Slide,
             })
             .collect();
-        let slides = || {
-            let each = self.beside.iter().zip(&sources);
-            each.filter(|(_, source)| matches!(source, Beside::Slide))
+        let response = prepared.response(&self.here, i, release, self.clock, b, f64::INFINITY)?;
+        let simulated = stack(&response.frames.at);
+        let rate = stack(&response.frames.rate);
+        let n = response.frames.at.len();
+        let started = |start: StartChange, column: &mut [f64]| {
+            response.answer(start, &|_| Rate::default(), column);
         };
-        let mut jobs: Vec<Job<'_>> = vec![prepared.job(&self.here, i, self.clock, b)];
-        for (place, step) in STEPS {
-            let mut moved = *b;
-            moved[place] += step;
-            jobs.push(prepared.job(&self.here, i, self.clock, &moved));
-        }
-        jobs.extend(slides().map(|((planar, ..), _)| prepared.job(planar, i, self.clock, b)));
-        let mut found = planar::strikes(&jobs).into_iter();
-        let frames = found.next()??;
-        let simulated = stack(&frames.at);
-        let n = frames.at.len();
-        let rate = stack(&frames.rate);
-        let mut slope = |step: f64| Some((stack(&found.next()??.at) - &simulated) / step);
         let mut nuisances = DMatrix::zeros(2 * n, NUISANCES);
-        for (place, step) in STEPS {
-            nuisances.set_column(place, &slope(step)?);
-        }
+        started(
+            response.faster(),
+            nuisances.column_mut(SPEED).as_mut_slice(),
+        );
+        started(
+            response.turned(),
+            nuisances.column_mut(ANGLE).as_mut_slice(),
+        );
+        let mut by_friction = nuisances.column_mut(FRICTION);
+        response.answer(
+            StartChange::default(),
+            &Node::friction,
+            by_friction.as_mut_slice(),
+        );
         nuisances.set_column(2, &rate);
         nuisances.view_mut((0, 3), (n, 1)).fill(1.0);
         nuisances.view_mut((n, 4), (n, 1)).fill(1.0);
         let is_spun = |source: &Beside| matches!(source, Beside::Launch(l) if l.spin != 0.0);
-        let spin = match sources.iter().any(is_spun) {
-            true => {
-                let step = SPIN.0.max(SPIN.1 * release.spin.abs());
-                let spun = Release {
-                    spin: release.spin + step,
-                    ..release
-                };
-                let frames = prepared.slide(&self.here, i, spun, self.clock, b)?;
-                Some((stack(&frames.at) - &simulated) / step)
-            }
-            false => None,
-        };
+        let mut spin = DVector::zeros(2 * n);
+        if sources.iter().any(is_spun) {
+            started(response.spun(), spin.as_mut_slice());
+        }
         let mut values = DMatrix::zeros(2 * n, sources.len());
-        for (place, (source, (.., step))) in sources.iter().zip(&self.beside).enumerate() {
+        for (place, (source, (planar, _, step))) in sources.iter().zip(&self.beside).enumerate() {
             let mut column = values.column_mut(place);
             match source {
                 Beside::Clock => column.copy_from(&rate),
@@ -324,13 +313,14 @@ impl<'w, 'a> Worlds<'w, 'a> {
                     column.axpy(launched.speed, &nuisances.column(SPEED), 0.0);
                     column.axpy(launched.angle, &nuisances.column(ANGLE), 1.0);
                     column.axpy(-launched.time, &rate, 1.0);
-                    if let Some(spin) = &spin {
-                        column.axpy(launched.spin, spin, 1.0);
-                    }
+                    column.axpy(launched.spin, &spin, 1.0);
                     column.rows_mut(0, n).add_scalar_mut(launched.position.x);
                     column.rows_mut(n, n).add_scalar_mut(launched.position.y);
                 }
-                Beside::Slide => column.copy_from(&slope(*step)?),
+                Beside::Slide => {
+                    prepared.answer_of(&response, planar, i, self.clock, b, column.as_mut_slice());
+                    column /= *step;
+                }
             }
         }
         let derivatives = Arc::new(Derivatives { nuisances, values });

@@ -37,7 +37,7 @@ pub(crate) fn maps(
     };
     let mut maps = Vec::new();
     for (name, covariate) in MAPS {
-        let Some(bumps) = bumps(prepared, fitted, &test, covariate)? else {
+        let Some(bumps) = bumps(prepared, fitted, &test, covariate) else {
             continue;
         };
         let scores = test.scores(bumps.count(), &bumps.moved);

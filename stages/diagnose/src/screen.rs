@@ -7,14 +7,14 @@ use rayon::prelude::*;
 use world::{
     WorldError,
     effects::{Acts, Effect, FitStart},
-    planar::Planar,
+    planar::{Node, Planar, StartChange},
 };
 
 use crate::{
     candidates::{Candidate, begun, little},
     fit::Fitted,
     mixed::{Estimated, VarianceComponents},
-    model::{Model, PRIOR, added, specification},
+    model::{CLOCK, Model, PRIOR, added, specification},
     score::{Replicates, Score, ScoreTest, StrikeColumns},
     strikes::{Nuisances, PreparedStrikes},
 };
@@ -75,9 +75,22 @@ impl Screened {
 
     /// Takes the greatest score where the signs of strikes (a row each) are flipped, in each column, for what chance brings.
     pub(crate) fn flip(&mut self, signs: &DMatrix<f64>) {
+        // By one product, which is blocked, where one of a few rows is not.
+        let rows = self.scores.iter().map(|score| score.by_strike.nrows());
+        let mut by_strike = DMatrix::zeros(rows.sum(), signs.nrows());
+        let mut first = 0;
+        for Score { by_strike: own, .. } in self.scores.iter().map(AsRef::as_ref) {
+            by_strike.rows_mut(first, own.nrows()).copy_from(own);
+            first += own.nrows();
+        }
+        let flipped = by_strike * signs;
         self.by_chance = vec![0.0; signs.ncols()];
+        let mut first = 0;
         for score in &self.scores {
-            for (most, gain) in self.by_chance.iter_mut().zip(score.flipped(signs)) {
+            let count = score.by_strike.nrows();
+            let gains = score.gains(flipped.rows(first, count));
+            first += count;
+            for (most, gain) in self.by_chance.iter_mut().zip(gains) {
                 *most = most.max(gain);
             }
         }
@@ -159,13 +172,6 @@ fn best_of_each_form<'s, 'b>(ranked: &'s [ScoredStart<'b>]) -> Vec<&'s ScoredSta
     best.into_iter().chain(others).take(STEPS).collect()
 }
 
-/// Whether the last effect acts as another command would. Its column is then taken as a change of launches, which is right however
-/// large it is: a track is not linear in a launch that is half as fast, but a strike's own logarithm of speed is.
-fn is_another_command(effects: &[Box<dyn Effect>]) -> bool {
-    let last = effects.last();
-    last.is_some_and(|effect| effect.acts() == Acts::Launch && effect.tip_offset() == 0.0)
-}
-
 /// A fitted model with a little of an effect beside it, from each of these starts that strikes can be simulated from and that they
 /// distinguish from the model's own values.
 fn scored<'b>(
@@ -208,7 +214,9 @@ fn scored<'b>(
     Ok(scored.collect())
 }
 
-/// What a little of an effect from this start changes of each strike; `None` where one does not come to rest.
+/// What a little of an effect from this start changes of each strike; `None` where one does not come to rest. What acts as another command would is
+/// taken as a change of launches, which is right however large it is: a track is not linear in a launch that is half as fast, but a strike's own
+/// logarithm of speed is.
 fn moved(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
@@ -216,33 +224,54 @@ fn moved(
     name: &'static str,
     begin: &FitStart,
 ) -> Result<Option<StrikeColumns>, WorldError> {
-    let model = &fitted.model;
-    let effects = begin
-        .columns
+    let columns = &begin.columns;
+    let each = columns
         .iter()
-        .map(|column| {
-            let mut all = model.effects(prepared.rig, &model.values)?;
-            let part = added(&little(name, column));
-            all.push(world::effects::build(&part, prepared.rig)?);
-            Ok(all)
-        })
-        .collect::<Result<Vec<_>, WorldError>>()?;
-    let worlds: Vec<(Planar<'_>, f64)> = effects
-        .iter()
-        .map(|effects| (prepared.planar(&model.values, effects), 1.0))
-        .collect();
+        .map(|column| world::effects::build(&added(&little(name, column)), prepared.rig));
+    let each = each.collect::<Result<Vec<_>, WorldError>>()?;
     let touches = |column: usize, strike| {
-        let region = begin.columns[column].region;
+        let region = columns[column].region;
         region.is_none_or(|(centre, radius)| prepared.passes(strike, centre, radius))
     };
-    if effects.iter().all(|all| is_another_command(all)) {
+    if each
+        .iter()
+        .all(|effect| matches!(effect.acts(), Acts::Slide | Acts::Strike))
+    {
+        return Ok(
+            test.moved(columns.len(), &touches, &|response, _, k, change| {
+                let added = |node: &Node| response.effect(node, each[k].as_ref());
+                response.answer(StartChange::default(), &added, change);
+            }),
+        );
+    }
+    let model = &fitted.model;
+    let beside = each.into_iter().map(|effect| {
+        let mut all = model.effects(prepared.rig, &model.values)?;
+        all.push(effect);
+        Ok(all)
+    });
+    let beside = beside.collect::<Result<Vec<_>, WorldError>>()?;
+    let worlds: Vec<Planar<'_>> = beside
+        .iter()
+        .map(|effects| prepared.planar(&model.values, effects))
+        .collect();
+    let is_command = |all: &Vec<Box<dyn Effect>>| {
+        let effect = all.last();
+        effect.is_some_and(|effect| effect.acts() == Acts::Launch && effect.tip_offset() == 0.0)
+    };
+    if beside.iter().all(is_command) {
         let here = model.effects(prepared.rig, &model.values)?;
         let here = prepared.planar(&model.values, &here);
         return Ok(Some(
             test.launches(&|i| prepared.relaunched(&here, &worlds, i)),
         ));
     }
-    Ok(test.moved(&worlds, &touches))
+    let clock = model.values[CLOCK];
+    Ok(
+        test.moved(columns.len(), &touches, &|response, i, k, change| {
+            prepared.answer_of(response, &worlds[k], i, clock, &fitted.nuisances[i], change);
+        }),
+    )
 }
 
 /// A fitted model with a little of an effect beside it.

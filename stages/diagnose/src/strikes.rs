@@ -7,7 +7,7 @@ use world::{
     Base, Impact, Release, World, WorldError,
     effects::Effect,
     launch::{Launch, launches_about},
-    planar::{self, Deviation, Frames, Job, Planar},
+    planar::{self, Deviation, Frames, Planar, Response},
 };
 
 use crate::{
@@ -176,6 +176,11 @@ impl<'a> PreparedStrikes<'a> {
         )
     }
 
+    /// How one strike's object leaves the tip.
+    pub(crate) fn release(&self, planar: &Planar<'_>, i: usize) -> Release {
+        planar.release(&self.strikes[i].into(), &self.launches[i])
+    }
+
     /// One strike's simulated frames; `None` where it does not come to rest.
     pub(crate) fn simulate(
         &self,
@@ -191,16 +196,36 @@ impl<'a> PreparedStrikes<'a> {
         )
     }
 
-    /// The same of an object that leaves the tip in another way.
-    pub(crate) fn slide(
+    /// The same with how it answers to small changes, in steps no longer than `longest` (m).
+    pub(crate) fn response(
         &self,
         planar: &Planar<'_>,
         i: usize,
         release: Release,
         clock: f64,
         b: &Nuisances,
-    ) -> Option<Frames> {
-        planar.slide(&self.strikes[i].into(), release, &deviation(clock, b))
+        longest: f64,
+    ) -> Option<Response<'a>> {
+        planar.response(
+            &self.strikes[i].into(),
+            release,
+            &deviation(clock, b),
+            longest,
+        )
+    }
+
+    /// Change of its frames in another world.
+    pub(crate) fn answer_of(
+        &self,
+        response: &Response<'_>,
+        other: &Planar<'_>,
+        i: usize,
+        clock: f64,
+        b: &Nuisances,
+        column: &mut [f64],
+    ) {
+        let release = self.release(other, i);
+        response.answer_of(other, &release, &deviation(clock, b), column);
     }
 
     /// Where each strike is seen last in a model's world; `None` where it does not come to rest.
@@ -218,36 +243,19 @@ impl<'a> PreparedStrikes<'a> {
     pub(crate) fn relaunched(
         &self,
         here: &Planar<'_>,
-        others: &[(Planar<'_>, f64)],
+        others: &[Planar<'_>],
         i: usize,
     ) -> DMatrix<f64> {
-        let input = self.strikes[i].into();
-        let velocity = |planar: &Planar<'_>| planar.release(&input, &self.launches[i]).velocity;
+        let velocity = |planar: &Planar<'_>| self.release(planar, i).velocity;
         let from = velocity(here);
         let mut columns = DMatrix::zeros(NUISANCES, others.len());
-        for (k, (planar, step)) in others.iter().enumerate() {
+        for (k, planar) in others.iter().enumerate() {
             let to = velocity(planar);
             let (dot, cross) = (from.dot(to), from.x * to.y - from.y * to.x);
-            columns[(SPEED, k)] = (to.norm() / from.norm()).max(SLOWEST).ln() / step;
-            columns[(ANGLE, k)] = cross.atan2(dot) / step;
+            columns[(SPEED, k)] = (to.norm() / from.norm()).max(SLOWEST).ln();
+            columns[(ANGLE, k)] = cross.atan2(dot);
         }
         columns
-    }
-
-    /// The same, to be simulated beside others.
-    pub(crate) fn job<'j>(
-        &'j self,
-        planar: &'j Planar<'j>,
-        i: usize,
-        clock: f64,
-        b: &Nuisances,
-    ) -> Job<'j> {
-        Job {
-            planar,
-            input: self.strikes[i].into(),
-            launch: &self.launches[i],
-            deviation: deviation(clock, b),
-        }
     }
 
     /// Whether a strike's track comes this near (m) to a point.

@@ -1,5 +1,7 @@
 //! What acts on an object that slides.
 
+use std::ops::Mul;
+
 use values::{Conditions, Point};
 
 use super::world::Planar;
@@ -12,11 +14,34 @@ pub(super) struct Body {
     pub(super) spin: f64,
 }
 
-#[derive(Clone, Copy, Default)]
-pub(super) struct Rate {
+/// What changes a sliding object, each second.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rate {
     pub(super) velocity: Point,
     pub(super) acceleration: Point,
     pub(super) turning: f64,
+}
+
+impl Rate {
+    pub(super) fn less(self, other: &Self) -> Self {
+        Self {
+            velocity: self.velocity - other.velocity,
+            acceleration: self.acceleration - other.acceleration,
+            turning: self.turning - other.turning,
+        }
+    }
+}
+
+impl Mul<f64> for Rate {
+    type Output = Self;
+
+    fn mul(self, by: f64) -> Self {
+        Self {
+            velocity: self.velocity * by,
+            acceleration: self.acceleration * by,
+            turning: self.turning * by,
+        }
+    }
 }
 
 impl Body {
@@ -25,6 +50,42 @@ impl Body {
             position: self.position + rate.velocity * t,
             velocity: self.velocity + rate.acceleration * t,
             spin: self.spin + rate.turning * t,
+        }
+    }
+
+    /// After a step, by the rates at its beginning, twice in its middle, and at its end (Runge and Kutta).
+    #[inline(always)]
+    pub(super) fn stepped(&self, [first, second, third, fourth]: [&Rate; 4], step: f64) -> Self {
+        let sum = |a: Point, b: Point, c: Point, d: Point| a + (b + c) * 2.0 + d;
+        let sixth = step / 6.0;
+        Self {
+            position: self.position
+                + sum(
+                    first.velocity,
+                    second.velocity,
+                    third.velocity,
+                    fourth.velocity,
+                ) * sixth,
+            velocity: self.velocity
+                + sum(
+                    first.acceleration,
+                    second.acceleration,
+                    third.acceleration,
+                    fourth.acceleration,
+                ) * sixth,
+            spin: self.spin
+                + (first.turning + 2.0 * (second.turning + third.turning) + fourth.turning) * sixth,
+        }
+    }
+
+    /// In the middle of a step, by both ends.
+    pub(super) fn between(a: &Self, at_a: &Rate, b: &Self, at_b: &Rate, step: f64) -> Self {
+        let eighth = step / 8.0;
+        Self {
+            position: (a.position + b.position) * 0.5 + (a.velocity - b.velocity) * eighth,
+            velocity: (a.velocity + b.velocity) * 0.5
+                + (at_a.acceleration - at_b.acceleration) * eighth,
+            spin: (a.spin + b.spin) * 0.5 + (at_a.turning - at_b.turning) * eighth,
         }
     }
 }
@@ -73,16 +134,35 @@ impl<'s> Forces<'s> {
     }
 
     #[inline(always)]
-    pub(super) fn rate(&self, t: f64, body: &Body) -> Rate {
-        let planar = self.planar;
-        let mut slide = Slide {
+    pub(super) fn rate(&self, body: &Body) -> Rate {
+        self.rubbed(body, 1.0)
+    }
+
+    /// Deceleration by dry friction in m/s², of all effects.
+    pub(super) fn dry(&self, body: &Body) -> f64 {
+        let slide = self.slide(body);
+        let varying = self.planar.varying.iter();
+        varying.fold(self.dry * self.factor, |dry, e| {
+            dry * e.friction_factor(&slide)
+        })
+    }
+
+    fn slide(&self, body: &Body) -> Slide<'_> {
+        Slide {
             position: body.position,
             velocity: body.velocity,
             spin: body.spin,
             dry: self.dry,
             conditions: self.conditions,
-        };
-        let mut dry = slide.dry * self.factor;
+        }
+    }
+
+    /// The same with so much of its friction.
+    #[inline(always)]
+    pub(super) fn rubbed(&self, body: &Body, share: f64) -> Rate {
+        let planar = self.planar;
+        let mut slide = self.slide(body);
+        let mut dry = slide.dry * self.factor * share;
         for effect in &planar.varying {
             dry *= effect.friction_factor(&slide);
         }
@@ -90,9 +170,6 @@ impl<'s> Forces<'s> {
         let mut acceleration = self.force;
         for effect in &planar.varying {
             acceleration = acceleration + effect.acceleration(&slide);
-        }
-        if let Some(push) = planar.push {
-            acceleration = acceleration + push(t, body.position, body.velocity);
         }
         let base = &planar.base;
         let rim = base.arm * body.spin;

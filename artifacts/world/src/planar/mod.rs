@@ -5,24 +5,24 @@
 //! through the same functions in both. What is found here is fitted and judged in MuJoCo afterwards.
 
 mod forces;
+mod response;
 mod sliding;
 mod strike;
 #[cfg(test)]
 mod tests;
 mod world;
 
+pub use forces::Rate;
+pub use response::{Node, Response, StartChange};
 pub use strike::{Deviation, Frames, StrikeInput};
-pub use world::{Planar, Push, gyration};
+pub use world::{Planar, gyration};
 
 use values::{Conditions, Point};
 
 use crate::{
     Impact, Release, effects,
     launch::Launch,
-    planar::{
-        forces::Forces,
-        sliding::{ABREAST, Sliding, to_rest},
-    },
+    planar::{forces::Forces, sliding::Sliding},
 };
 
 impl Planar<'_> {
@@ -57,39 +57,6 @@ impl Planar<'_> {
         release: Release,
         deviation: &Deviation,
     ) -> Option<Frames> {
-        let mut alone = [Sliding::new(self, input, release, deviation)];
-        to_rest(&mut alone);
-        let [object] = alone;
-        object.ended()
+        Sliding::new(self, input, release, deviation).followed()
     }
-}
-
-/// A strike to simulate.
-#[derive(Clone, Copy)]
-pub struct Job<'j> {
-    /// The world.
-    pub planar: &'j Planar<'j>,
-    /// The strike.
-    pub input: StrikeInput<'j>,
-    /// How its object leaves the tip.
-    pub launch: &'j Launch,
-    /// What differs.
-    pub deviation: Deviation,
-}
-
-/// As [`Planar::strike`], several at once: each waits for its own square roots, and so they take little longer than one.
-pub fn strikes(jobs: &[Job<'_>]) -> Vec<Option<Frames>> {
-    jobs.chunks(ABREAST)
-        .flat_map(|jobs| {
-            let mut objects: Vec<Sliding<'_>> = jobs
-                .iter()
-                .map(|job| {
-                    let release = job.planar.release(&job.input, job.launch);
-                    Sliding::new(job.planar, &job.input, release, &job.deviation)
-                })
-                .collect();
-            to_rest(&mut objects);
-            objects.into_iter().map(Sliding::ended)
-        })
-        .collect()
 }

@@ -15,22 +15,22 @@ const LONGEST: f64 = 0.06;
 /// step in s, which ends at rest.
 const SHARE: f64 = 0.5;
 const LAST: f64 = 0.008;
-/// Slides that are followed at once.
-pub(super) const ABREAST: usize = 8;
 /// No slide lasts longer, in s.
 const ENDLESS: f64 = 20.0;
 /// No table is larger, in m from the robot's base: what slides farther runs away, ever faster down a dome, and does not rest.
 const FARTHEST: f64 = 10.0;
 
 pub(super) struct Sliding<'s> {
-    forces: Forces<'s>,
+    pub(super) forces: Forces<'s>,
     times: &'s [f64],
     to_rest: bool,
     delay: f64,
-    body: Body,
+    /// Longest way of a step in m, where effects are as smooth as that.
+    longest: f64,
+    pub(super) body: Body,
     /// Seconds since touch.
-    t: f64,
-    frame: usize,
+    pub(super) t: f64,
+    pub(super) frame: usize,
     seen: Frames,
     /// At its present place, and the step that is taken from there.
     pub(super) rate: Rate,
@@ -82,11 +82,12 @@ impl<'s> Sliding<'s> {
         }
         let forces = Forces::new(planar, input.conditions, deviation.friction);
         let mut object = Self {
-            rate: forces.rate(release.time, &body),
+            rate: forces.rate(&body),
             forces,
             times,
             to_rest: input.to_rest,
             delay: deviation.delay,
+            longest: f64::INFINITY,
             body,
             t: release.time,
             frame,
@@ -98,6 +99,26 @@ impl<'s> Sliding<'s> {
         object
     }
 
+    /// In steps no longer than this, in m.
+    pub(super) fn within(&mut self, longest: f64) {
+        self.longest = longest;
+        let speed = self.body.velocity.norm();
+        self.step = self.step.min(longest / speed);
+    }
+
+    /// Seconds to rest, braked as now.
+    #[inline(always)]
+    pub(super) fn left(&self) -> f64 {
+        let velocity = self.body.velocity;
+        let speed = velocity.norm();
+        let slowing = -self.rate.acceleration.dot(velocity) / speed.max(1e-12);
+        if slowing > 0.0 {
+            speed / slowing
+        } else {
+            ENDLESS
+        }
+    }
+
     /// How far to go next, or that it ends here.
     #[inline(always)]
     fn decide(&mut self) {
@@ -105,12 +126,7 @@ impl<'s> Sliding<'s> {
             position, velocity, ..
         } = self.body;
         let speed = velocity.norm();
-        let slowing = -self.rate.acceleration.dot(velocity) / speed.max(1e-12);
-        let left = if slowing > 0.0 {
-            speed / slowing
-        } else {
-            ENDLESS
-        };
+        let left = self.left();
         if !self.to_rest && self.frame == self.times.len() {
             self.seen.stop = self.seen.at.last().copied().unwrap_or_default();
             self.phase = Phase::Rests;
@@ -119,7 +135,7 @@ impl<'s> Sliding<'s> {
         } else if self.t > ENDLESS || position.norm() > FARTHEST || !speed.is_finite() {
             self.phase = Phase::Endless;
         } else {
-            let stretch = self.forces.stretch(position);
+            let stretch = self.forces.stretch(position).min(self.longest);
             self.step = LONGEST.min(SHARE * left).min(stretch / speed);
         }
     }
@@ -141,36 +157,17 @@ impl<'s> Sliding<'s> {
     }
 
     #[inline(always)]
-    pub(super) fn rate_after(&self, rate: &Rate, share: f64) -> Rate {
+    fn rate_after(&self, rate: &Rate, share: f64) -> Rate {
         let step = share * self.step;
-        self.forces
-            .rate(self.t + step, &self.body.along(rate, step))
+        self.forces.rate(&self.body.along(rate, step))
     }
 
     /// A step, by the rates at its beginning, twice in its middle, and at its end (Runge and Kutta).
     #[inline(always)]
-    pub(super) fn go(&mut self, second: &Rate, third: &Rate, fourth: &Rate) {
-        let (first, body) = (&self.rate, &self.body);
-        let sum = |a: Point, b: Point, c: Point, d: Point| a + (b + c) * 2.0 + d;
-        let sixth = self.step / 6.0;
-        let next = Body {
-            position: body.position
-                + sum(
-                    first.velocity,
-                    second.velocity,
-                    third.velocity,
-                    fourth.velocity,
-                ) * sixth,
-            velocity: body.velocity
-                + sum(
-                    first.acceleration,
-                    second.acceleration,
-                    third.acceleration,
-                    fourth.acceleration,
-                ) * sixth,
-            spin: body.spin
-                + (first.turning + 2.0 * (second.turning + third.turning) + fourth.turning) * sixth,
-        };
+    fn go(&mut self, second: &Rate, third: &Rate, fourth: &Rate) {
+        let next = self
+            .body
+            .stepped([&self.rate, second, third, fourth], self.step);
         while let Some(time) = self.times.get(self.frame)
             && time + self.delay < self.t + self.step
         {
@@ -181,8 +178,24 @@ impl<'s> Sliding<'s> {
         }
         self.body = next;
         self.t += self.step;
-        self.rate = self.forces.rate(self.t, &self.body);
+        self.rate = self.forces.rate(&self.body);
         self.decide();
+    }
+
+    /// One step.
+    pub(super) fn step_on(&mut self) {
+        let second = self.rate_after(&self.rate, 0.5);
+        let third = self.rate_after(&second, 0.5);
+        let fourth = self.rate_after(&third, 1.0);
+        self.go(&second, &third, &fourth);
+    }
+
+    /// To rest; `None` where it does not.
+    pub(super) fn followed(mut self) -> Option<Frames> {
+        while self.phase == Phase::Slides {
+            self.step_on();
+        }
+        self.ended()
     }
 
     pub(super) fn ended(self) -> Option<Frames> {
@@ -190,43 +203,21 @@ impl<'s> Sliding<'s> {
     }
 }
 
-pub(super) fn to_rest(objects: &mut [Sliding<'_>]) {
-    let mut middle = [Rate::default(); ABREAST];
-    let mut again = [Rate::default(); ABREAST];
-    let mut end = [Rate::default(); ABREAST];
-    loop {
-        let slides = |object: &Sliding<'_>| object.phase == Phase::Slides;
-        if !objects.iter().any(slides) {
-            return;
-        }
-        for (rate, object) in middle.iter_mut().zip(&*objects) {
-            if slides(object) {
-                *rate = object.rate_after(&object.rate, 0.5);
-            }
-        }
-        for ((rate, middle), object) in again.iter_mut().zip(&middle).zip(&*objects) {
-            if slides(object) {
-                *rate = object.rate_after(middle, 0.5);
-            }
-        }
-        for ((rate, again), object) in end.iter_mut().zip(&again).zip(&*objects) {
-            if slides(object) {
-                *rate = object.rate_after(again, 1.0);
-            }
-        }
-        for (k, object) in objects.iter_mut().enumerate() {
-            if slides(object) {
-                object.go(&middle[k], &again[k], &end[k]);
-            }
-        }
-    }
-}
-
 /// Position and velocity a share `s` of a step (s) from `a` to `b`.
 fn hermite(a: &Body, b: &Body, s: f64, step: f64) -> (Point, Point) {
-    let (s2, s3) = (s * s, s * s * s);
-    let at = a.position * (2.0 * s3 - 3.0 * s2 + 1.0)
-        + b.position * (3.0 * s2 - 2.0 * s3)
-        + (a.velocity * (s3 - 2.0 * s2 + s) + b.velocity * (s3 - s2)) * step;
+    let [at_a, at_b, by_a, by_b] = weights(s);
+    let at = a.position * at_a + b.position * at_b + (a.velocity * by_a + b.velocity * by_b) * step;
     (at, a.velocity * (1.0 - s) + b.velocity * s)
+}
+
+/// Of a cubic through both ends of a step, with their velocities: how much of each place, and of each velocity times the step, is in its place
+/// after a share `s` of it.
+pub(super) fn weights(s: f64) -> [f64; 4] {
+    let (s2, s3) = (s * s, s * s * s);
+    [
+        2.0 * s3 - 3.0 * s2 + 1.0,
+        3.0 * s2 - 2.0 * s3,
+        s3 - 2.0 * s2 + s,
+        s3 - s2,
+    ]
 }

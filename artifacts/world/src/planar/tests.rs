@@ -1,7 +1,11 @@
 use values::{Command, Conditions, Point, Rig, Shape, Strike, Track};
 
 use super::*;
-use crate::{AddedEffect, Simulator, World, launch::launches};
+use crate::{
+    AddedEffect, Simulator, World,
+    effects::{Acts, Effect},
+    launch::launches,
+};
 
 /// Strikes over the rig's speeds and angles, with frames to compare at.
 fn strikes(rig: &Rig) -> Vec<Strike> {
@@ -78,60 +82,157 @@ fn apart(shape: Shape, hidden: Option<(&str, &[(&str, f64)])>) -> f64 {
 fn finely(mut object: Sliding<'_>) -> Frames {
     while object.phase == sliding::Phase::Slides {
         object.step *= 0.05;
-        let middle = object.rate_after(&object.rate, 0.5);
-        let again = object.rate_after(&middle, 0.5);
-        let end = object.rate_after(&again, 1.0);
-        object.go(&middle, &again, &end);
+        object.step_on();
     }
     object.ended().expect("rests")
 }
 
-#[test]
-fn its_steps_follow_the_slide_and_several_at_once_are_each_as_alone() {
-    let cases: &[(&str, &[(&str, f64)])] = &[
-        ("speed_weakening_friction", &[("rise", 0.3), ("speed", 0.3)]),
-        ("anisotropic_friction", &[("contrast", 0.1)]),
-        (
-            "friction_patch",
-            &[("center_x", 0.5), ("change", 0.5), ("radius", 0.04)],
-        ),
-        ("table_bowl", &[("curvature", 0.04), ("center_x", 0.4)]),
-        ("off_centre_contact", &[("offset", 0.004)]),
-    ];
-    let mut worst: f64 = 0.0;
+const CASES: [(&str, &[(&str, f64)]); 5] = [
+    ("speed_weakening_friction", &[("rise", 0.3), ("speed", 0.3)]),
+    ("anisotropic_friction", &[("contrast", 0.1)]),
+    (
+        "friction_patch",
+        &[("center_x", 0.5), ("change", 0.5), ("radius", 0.04)],
+    ),
+    ("table_bowl", &[("curvature", 0.04), ("center_x", 0.4)]),
+    ("off_centre_contact", &[("offset", 0.004)]),
+];
+
+/// Asks of strikes in worlds with each of these effects.
+fn in_each(mut ask: impl FnMut(&Rig, &AddedEffect, &Planar<'_>, &Strike, &Launch)) {
     for shape in [Shape::Cylinder, Shape::Box] {
         let rig = Rig::demo(shape);
         let world = World::nominal(&rig).with("friction", 0.22);
         let strikes = strikes(&rig);
         let commanded = strikes.iter().map(Strike::commanded);
         let launches = launches(&rig, &world, commanded).expect("a valid world");
-        let launches: Vec<Launch> = launches.into_iter().flatten().collect();
-        for (name, parameters) in cases {
-            let effects =
-                [effects::build(&AddedEffect::fixed(name, parameters), &rig).expect("an effect")];
+        for (name, parameters) in CASES {
+            let added = AddedEffect::fixed(name, parameters);
+            let effects = [effects::build(&added, &rig).expect("an effect")];
             let planar = Planar::new(&rig, &world, &effects).expect("known parameters");
-            let jobs: Vec<Job<'_>> = (0..2 * ABREAST - 1)
-                .map(|i| i % strikes.len())
-                .map(|i| Job {
-                    planar: &planar,
-                    input: (&strikes[i]).into(),
-                    launch: &launches[i],
-                    deviation: Deviation::default(),
-                })
-                .collect();
-            for (job, frames) in jobs.iter().zip(super::strikes(&jobs)) {
-                let frames = frames.expect("rests");
-                let alone = planar.strike(&job.input, job.launch, &job.deviation);
-                assert_eq!(alone.expect("rests").at, frames.at, "{name}");
-                let release = planar.release(&job.input, job.launch);
-                let fine = finely(Sliding::new(&planar, &job.input, release, &job.deviation));
-                for (a, b) in frames.at.iter().zip(&fine.at) {
-                    worst = worst.max(a.distance(*b));
-                }
+            for (strike, launch) in strikes.iter().zip(&launches) {
+                ask(
+                    &rig,
+                    &added,
+                    &planar,
+                    strike,
+                    launch.as_ref().expect("parts"),
+                );
             }
         }
     }
+}
+
+#[test]
+fn its_steps_follow_the_slide() {
+    let mut worst: f64 = 0.0;
+    in_each(|_, _, planar, strike, launch| {
+        let input = strike.into();
+        let release = planar.release(&input, launch);
+        let none = Deviation::default();
+        let frames = planar.slide(&input, release, &none).expect("rests");
+        let fine = finely(Sliding::new(planar, &input, release, &none));
+        for (a, b) in frames.at.iter().zip(&fine.at) {
+            worst = worst.max(a.distance(*b));
+        }
+    });
     assert!(worst < 2e-5, "{worst} m");
+}
+
+#[test]
+fn a_response_is_what_differs_between_slides() {
+    /// Change in m, for a unit, below which it is compared with this.
+    const LEAST: f64 = 0.02;
+    let mut worst: f64 = 0.0;
+    in_each(|rig, added, planar, strike, launch| {
+        let input: StrikeInput<'_> = strike.into();
+        let release = planar.release(&input, launch);
+        let none = Deviation::default();
+        let response = planar
+            .response(&input, release, &none, 0.025)
+            .expect("rests");
+        let n = input.times.len();
+        let nothing = |_: &Node| Rate::default();
+        let mut held = |answer: &dyn Fn(&mut [f64]), slid: &dyn Fn(f64) -> Option<Frames>| {
+            let mut column = vec![0.0; 2 * n];
+            answer(&mut column);
+            let step = 2e-3;
+            let (before, after) = (slid(-step).expect("rests"), slid(step).expect("rests"));
+            let (mut off, mut all): (f64, f64) = (0.0, 0.0);
+            for (k, (a, b)) in after.at.iter().zip(&before.at).enumerate() {
+                let whole = (*a - *b) * (0.5 / step);
+                off = off.max(whole.distance(Point::new(column[k], column[n + k])));
+                all = all.max(whole.norm());
+            }
+            worst = worst.max(off / all.max(LEAST));
+        };
+        let slid = |deviation: Deviation| planar.strike(&input, launch, &deviation);
+        held(
+            &|column| response.answer(response.faster(), &nothing, column),
+            &|speed| slid(Deviation { speed, ..none }),
+        );
+        held(
+            &|column| response.answer(response.turned(), &nothing, column),
+            &|angle| slid(Deviation { angle, ..none }),
+        );
+        held(
+            &|column| response.answer(StartChange::default(), &Node::friction, column),
+            &|friction| slid(Deviation { friction, ..none }),
+        );
+        // A little of another effect, by what it adds, or by the whole world with it.
+        for (name, strength) in [
+            ("table_tilt", "tilt_x"),
+            ("friction_patch", "change"),
+            ("path_curl", "part"),
+            ("camera_distortion", "k1"),
+            ("off_centre_contact", "offset"),
+        ] {
+            let size = if name == "off_centre_contact" {
+                0.1
+            } else {
+                1.0
+            };
+            let little = |value: f64| {
+                let added = AddedEffect::fixed(name, &[(strength, value * size)]);
+                effects::build(&added, rig).expect("an effect")
+            };
+            let beside = |value: f64| {
+                [
+                    effects::build(added, rig).expect("an effect"),
+                    little(value),
+                ]
+            };
+            let world = |all: &[Box<dyn Effect>], ask: &mut dyn FnMut(&Planar<'_>)| {
+                let base = [planar.friction, planar.restitution];
+                ask(&Planar::of(base, planar.base, planar.gyration, all));
+            };
+            let slid = |value: f64| {
+                let (all, mut found) = (beside(value), None);
+                world(&all, &mut |other| {
+                    found = other.strike(&input, launch, &none)
+                });
+                found
+            };
+            let step = 1e-3;
+            let whole = |column: &mut [f64]| {
+                world(&beside(step), &mut |other| {
+                    let release = other.release(&input, launch);
+                    response.answer_of(other, &release, &none, column);
+                });
+                column.iter_mut().for_each(|change| *change /= step);
+            };
+            held(&whole, &slid);
+            let effect = little(step);
+            if matches!(effect.acts(), Acts::Slide | Acts::Strike) {
+                let by_effect = |node: &Node| response.effect(node, effect.as_ref()) * step.recip();
+                held(
+                    &|column| response.answer(StartChange::default(), &by_effect, column),
+                    &slid,
+                );
+            }
+        }
+    });
+    assert!(worst < 5e-3, "{worst}");
 }
 
 #[test]

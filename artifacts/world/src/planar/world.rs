@@ -17,17 +17,12 @@ pub struct Planar<'a> {
     pub base: Base,
     /// Square of the radius of gyration, in m².
     pub gyration: f64,
-    /// A small push beside the effects, to see what would follow from it.
-    pub push: Option<&'a Push<'a>>,
     pub(super) effects: &'a [Box<dyn Effect>],
     /// Those of them that act on friction or force, the same all through a slide or not, and on what is seen.
     pub(super) even: Vec<&'a dyn Effect>,
     pub(super) varying: Vec<&'a dyn Effect>,
     pub(super) seen: Vec<&'a dyn Effect>,
 }
-
-/// Acceleration in m/s² by seconds since touch, position (m) and velocity (m/s).
-pub type Push<'a> = dyn Fn(f64, Point, Point) -> Point + Sync + 'a;
 
 /// Square of the radius of gyration about the vertical, in m².
 pub fn gyration(rig: &Rig) -> f64 {
@@ -70,7 +65,6 @@ impl<'a> Planar<'a> {
             restitution,
             base,
             gyration,
-            push: None,
             effects,
             even: acting(Acts::Strike),
             varying: acting(Acts::Slide),

@@ -93,7 +93,8 @@ impl Whitening {
         raw
     }
 
-    fn pass(&self, raw: DVectorView<'_, f64>, whitened: &mut [f64]) {
+    /// One column into another.
+    pub(crate) fn pass(&self, raw: DVectorView<'_, f64>, whitened: &mut [f64]) {
         let n = self.along.len();
         let (mut along, mut across) = (0.0, 0.0);
         for k in 0..n {

@@ -55,6 +55,7 @@ pub(super) fn explained(questions: &[DVector<f64>], all: &DMatrix<f64>) -> Vec<f
     if questions.is_empty() {
         return vec![0.0; all.ncols()];
     }
-    let products = DMatrix::from_columns(questions).tr_mul(all);
+    // By a product of two matrices, which is blocked, where one by dot products is not.
+    let products = DMatrix::from_columns(questions).transpose() * all;
     products.column_iter().map(|c| c.norm_squared()).collect()
 }

@@ -89,7 +89,8 @@ pub(super) fn most_explained(
     if columns.is_empty() {
         return None;
     }
-    let products = DMatrix::from_columns(&columns).tr_mul(all);
+    // By a product of two matrices, which is blocked, where one by dot products is not.
+    let products = DMatrix::from_columns(&columns).transpose() * all;
     let most = products.column_iter().map(|product| {
         let mut squares = product.iter().map(|p| p * p);
         let each = questions

@@ -1,6 +1,6 @@
 //! Columns that a fitted model lacks, and what they say.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn};
 
 /// A column of which less than this share is left beside the model's own differs from them by rounding.
 const APART: f64 = 1e-6;
@@ -34,13 +34,14 @@ pub(crate) struct Score {
     /// The gain in each replicate: those drawn, then those flipped.
     pub(crate) by_chance: Vec<f64>,
     form: QuadraticForm,
-    by_strike: DMatrix<f64>,
+    /// Each strike's own score, a column each.
+    pub(crate) by_strike: DMatrix<f64>,
 }
 
 impl Score {
-    /// The gain where the signs of strikes (a row each) are flipped, in each column.
-    pub(crate) fn flipped(&self, signs: &DMatrix<f64>) -> Vec<f64> {
-        self.form.gains(&(&self.by_strike * signs))
+    /// The gain of other scores of the same columns, in each column.
+    pub(crate) fn gains(&self, scores: DMatrixView<'_, f64>) -> Vec<f64> {
+        self.form.gains(scores)
     }
 }
 
@@ -73,7 +74,7 @@ impl QuadraticForm {
     }
 
     /// Scores of the columns that are free, less what those that are kept take.
-    fn left(&self, scores: &DMatrix<f64>) -> DMatrix<f64> {
+    fn left(&self, scores: DMatrixView<'_, f64>) -> DMatrix<f64> {
         let mut left = scores.select_rows(&self.free);
         for mut column in left.column_iter_mut() {
             column -= &self.moved;
@@ -82,7 +83,7 @@ impl QuadraticForm {
     }
 
     /// Of each column of scores: ½·uᵀV⁻¹u is half the square of L⁻¹u.
-    fn gains(&self, scores: &DMatrix<f64>) -> Vec<f64> {
+    fn gains(&self, scores: DMatrixView<'_, f64>) -> Vec<f64> {
         let mut left = self.left(scores);
         self.factor.l_dirty().solve_lower_triangular_mut(&mut left);
         let gain = |k: usize| {
@@ -113,13 +114,13 @@ impl ColumnScores {
         }
         let errors = self.information.clone().cholesky()?.inverse();
         let form = QuadraticForm::new(&self.information, is_kept)?;
-        let mut found = form.left(&self.scores.columns(0, 1).into_owned());
+        let mut found = form.left(self.scores.columns(0, 1).as_view());
         form.factor.solve_mut(&mut found);
         let mut coefficients = vec![1.0; count];
         for (i, place) in form.free.iter().enumerate() {
             coefficients[*place] = found[i];
         }
-        let mut gains = form.gains(&self.scores);
+        let mut gains = form.gains(self.scores.as_view());
         let by_chance = gains.split_off(1);
         Some(Score {
             gain: gains[0],

@@ -13,9 +13,11 @@ mod strike;
 pub(crate) use columns::{ColumnScores, RandomColumns, Score, StrikeColumns};
 pub(crate) use replicates::{DRAWN, FLIPPED, Replicates, signs};
 
-use nalgebra::DMatrix;
+use std::sync::OnceLock;
+
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use world::planar::{self, Job, Planar};
+use world::planar::Response;
 
 use self::{
     products::StrikeProducts,
@@ -26,13 +28,18 @@ use crate::{
     fit::{Fitted, HELD, prior},
     mixed::{self, Estimated, Prior},
     model::CLOCK,
-    strikes::{PreparedStrikes, stack},
+    strikes::PreparedStrikes,
 };
 
 /// Steps of expectation and maximisation of a linear step.
 const EM_STEPS: usize = 8;
+/// Longest way in m over which changes along a slide are taken as smooth: bases are wider.
+const LONGEST: f64 = 0.025;
 /// Wander of friction, relative, that shows in no track.
 const STILL: f64 = 1e-3;
+
+/// Writes the change of a strike's frames by a column: the strike's response, its place, the column's, and the change.
+type Answer<'f> = dyn Fn(&Response<'_>, usize, usize, &mut [f64]) + Sync + 'f;
 
 /// The wander's columns, where there is one.
 fn wander(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> Option<RandomColumns> {
@@ -66,6 +73,9 @@ pub(crate) struct ScoreTest<'f, 'a> {
     prepared: &'f PreparedStrikes<'a>,
     fitted: &'f Fitted,
     strikes: Vec<StrikeAtFit<'f>>,
+    responses: OnceLock<Option<Vec<Response<'a>>>>,
+    /// XᵀΣ⁻¹·(r − X·β), a column for each strike.
+    own_left: DMatrix<f64>,
     /// (XᵀΣ⁻¹X + prior precision)⁻¹.
     inverse: DMatrix<f64>,
     /// XᵀΣ⁻¹·[r, drawn residuals].
@@ -98,13 +108,12 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .into_par_iter()
             .map(|i| StrikeAtFit::new(prepared, fitted, i, random, &common, replicates))
             .collect();
-        let mut information = DMatrix::zeros(all, all + 1 + replicates.drawn);
+        let mut information = DMatrix::zeros(all + 1 + replicates.drawn, all);
         for at in &strikes {
-            // By a product of two matrices, which is blocked, where one by dot products is not.
-            information += at.own.transpose() * &at.weighed;
+            information += at.weighed() * &at.own;
         }
         // What the strikes say nothing of, such as a cap above all speeds, is left to its prior.
-        let mut known = information.columns(0, all).into_owned();
+        let mut known = information.rows(0, all).into_owned();
         for (i, free) in fitted.model.free.iter().enumerate() {
             known[(i, i)] += free.width.powi(-2);
         }
@@ -115,7 +124,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
                 place += 1;
             }
         }
-        let mut scores = information.columns(all, 1 + replicates.drawn).into_owned();
+        let mut scores = information.rows(all, 1 + replicates.drawn).transpose();
         // Where a prior holds a value against the strikes, they are balanced.
         let Prior { precision, away } = prior(&fitted.model);
         for i in 0..p {
@@ -127,16 +136,21 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         }
         let inverse = known.try_inverse()?;
         let beta = &inverse * scores.column(0);
-        strikes.par_iter_mut().for_each(|at| {
-            at.left = at.weighed.column(all) - at.weighed.columns(0, all) * &beta;
-            at.own_left = at.own.tr_mul(&at.left);
-        });
+        let mut own_left = DMatrix::zeros(all, strikes.len());
+        for (at, mut own_left) in strikes.iter_mut().zip(own_left.column_iter_mut()) {
+            let weighed = at.weighed();
+            let left = weighed.row(all).transpose() - weighed.rows(0, all).tr_mul(&beta);
+            own_left.gemv_tr(1.0, &at.own, &left, 0.0);
+            at.left = left;
+        }
         Some(Self {
             signs: signs(strikes.len(), replicates),
             studentised: studentised(strikes.len(), p, replicates.drawn, replicates.seed),
             prepared,
             fitted,
             strikes,
+            responses: OnceLock::new(),
+            own_left,
             inverse,
             scores,
             is_beside,
@@ -144,36 +158,48 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         })
     }
 
-    /// Columns as the difference that worlds beside the fitted one make, per unit of each step; a world acts on a strike only
-    /// where `touches` says so. `None` where a strike does not come to rest.
+    /// How each strike answers to small changes; `None` where one does not come to rest.
+    fn responses(&self) -> Option<&[Response<'a>]> {
+        let Self {
+            prepared, fitted, ..
+        } = self;
+        let model = &fitted.model;
+        let of_all = || {
+            let effects = model.effects(prepared.rig, &model.values).ok()?;
+            let planar = prepared.planar(&model.values, &effects);
+            let of_strike = |i: usize| {
+                let release = prepared.release(&planar, i);
+                let (clock, b) = (model.values[CLOCK], &fitted.nuisances[i]);
+                prepared.response(&planar, i, release, clock, b, LONGEST)
+            };
+            let strikes = (0..prepared.strikes.len()).into_par_iter();
+            strikes.map(of_strike).collect()
+        };
+        self.responses.get_or_init(of_all).as_deref()
+    }
+
+    /// So many columns, each where it touches a strike: `answer(response, strike, column, change)` writes the change of that strike's frames. `None`
+    /// where a strike does not come to rest.
     pub(crate) fn moved(
         &self,
-        worlds: &[(Planar<'_>, f64)],
+        count: usize,
         touches: &(dyn Fn(usize, usize) -> bool + Sync),
+        answer: &Answer<'_>,
     ) -> Option<StrikeColumns> {
-        let clock = self.fitted.model.values[CLOCK];
-        self.strikes
-            .par_iter()
-            .enumerate()
-            .map(|(i, at)| {
-                let b = &self.fitted.nuisances[i];
-                let touching: Vec<usize> = (0..worlds.len()).filter(|k| touches(*k, i)).collect();
-                if touching.is_empty() {
-                    return Some(None);
-                }
-                let jobs: Vec<Job<'_>> = touching
-                    .iter()
-                    .map(|k| self.prepared.job(&worlds[*k].0, i, clock, b))
-                    .collect();
-                let whitening = &self.prepared.whitenings[i];
-                let mut columns = DMatrix::zeros(at.simulated.len(), worlds.len());
-                for (k, frames) in touching.iter().zip(planar::strikes(&jobs)) {
-                    let column = (stack(&frames?.at) - at.simulated) / worlds[*k].1;
-                    columns.set_column(*k, &whitening.column(&column));
-                }
-                Some(Some(columns))
-            })
-            .collect()
+        let responses = self.responses()?.par_iter().enumerate();
+        let of_strike = |(i, response): (usize, &Response<'_>)| {
+            let rows = self.strikes[i].simulated.len();
+            let mut columns = None;
+            let mut change = DVector::zeros(rows);
+            for column in (0..count).filter(|column| touches(*column, i)) {
+                answer(response, i, column, change.as_mut_slice());
+                let columns = columns.get_or_insert_with(|| DMatrix::zeros(rows, count));
+                let mut column = columns.column_mut(column);
+                self.prepared.whitenings[i].pass(change.as_view(), column.as_mut_slice());
+            }
+            columns
+        };
+        Some(responses.map(of_strike).collect())
     }
 
     /// A whole linear step with those columns beside the model's own, the scatter estimated anew: where the scatter is of the
@@ -248,7 +274,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
     pub(crate) fn scores(&self, count: usize, moved: &StrikeColumns) -> ColumnScores {
         let products =
             StrikeProducts::sums(&self.strikes, &[(count, moved)], self.scores.nrows() + 1);
-        self.scores_by(count, moved, &products[0])
+        self.scores_by(moved, &products[0])
     }
 
     /// The same of many sets of columns, each with its count, by drawn residuals too: these, which fill the processor's caches, are then gone
@@ -258,25 +284,24 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         let products = StrikeProducts::sums(&self.strikes, sets, width);
         sets.par_iter()
             .zip(products)
-            .map(|((count, moved), products)| self.scores_by(*count, moved, &products))
+            .map(|((_, moved), products)| self.scores_by(moved, &products))
             .collect()
     }
 
     fn scores_by(
         &self,
-        count: usize,
         moved: &StrikeColumns,
         StrikeProducts { own, cross }: &StrikeProducts,
     ) -> ColumnScores {
         let p = self.inverse.nrows();
-        let (seen, flipped) = (cross.ncols() - p, self.signs.ncols());
-        let beside = cross.columns(0, p) * &self.inverse;
-        let projected = cross.columns(p, seen) - &beside * self.scores.columns(0, seen);
+        let (seen, flipped) = (cross.nrows() - p, self.signs.ncols());
+        let beside = cross.rows(0, p).transpose() * &self.inverse;
+        let projected = cross.rows(p, seen).transpose() - &beside * self.scores.columns(0, seen);
         let mut scores = projected.resize_horizontally(seen + flipped, 0.0);
         for k in 1..seen {
             scores.column_mut(k).scale_mut(self.studentised[k - 1]);
         }
-        let by_strike = self.by_strike(count, moved, &beside);
+        let by_strike = self.by_strike(moved, &beside);
         if flipped > 0 {
             scores
                 .columns_mut(seen, flipped)
@@ -285,25 +310,19 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         ColumnScores {
             by_strike,
             alone: own.diagonal().iter().copied().collect(),
-            information: own - &beside * cross.columns(0, p).transpose(),
+            information: own - &beside * cross.rows(0, p),
             scores,
         }
     }
 
     /// Each strike's own score (a column each): what it says of the columns, the model's own projected off.
-    fn by_strike(
-        &self,
-        count: usize,
-        moved: &StrikeColumns,
-        beside: &DMatrix<f64>,
-    ) -> DMatrix<f64> {
-        let mut all = DMatrix::zeros(count, self.strikes.len());
-        for (i, (at, columns)) in self.strikes.iter().zip(moved).enumerate() {
-            let mut score = -(beside * &at.own_left);
+    fn by_strike(&self, moved: &StrikeColumns, beside: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut all = -(beside * &self.own_left);
+        let each = all.column_iter_mut().zip(&self.strikes).zip(moved);
+        for ((mut score, at), columns) in each {
             if let Some(columns) = columns {
-                score += columns.tr_mul(&at.left);
+                score.gemv_tr(1.0, columns, &at.left, 1.0);
             }
-            all.set_column(i, &score);
         }
         all
     }

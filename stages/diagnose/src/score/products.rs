@@ -4,13 +4,23 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::{columns::StrikeColumns, strike::StrikeAtFit};
+use crate::mixed::NUISANCES;
 
 /// Products of one set of columns C, weighed by Σ⁻¹.
 pub(super) struct StrikeProducts {
     /// CᵀΣ⁻¹C.
     pub(super) own: DMatrix<f64>,
-    /// CᵀΣ⁻¹·[X, r, drawn residuals].
+    /// [X, r, drawn residuals]ᵀΣ⁻¹·C.
     pub(super) cross: DMatrix<f64>,
+}
+
+/// The same of all sets that touch one strike, side by side.
+struct OfStrike {
+    /// Places of these sets.
+    touching: Vec<usize>,
+    /// Set by set, column by column.
+    own: Vec<f64>,
+    cross: DMatrix<f64>,
 }
 
 impl StrikeProducts {
@@ -24,54 +34,71 @@ impl StrikeProducts {
             .iter()
             .map(|(count, _)| Self {
                 own: DMatrix::zeros(*count, *count),
-                cross: DMatrix::zeros(*count, width),
+                cross: DMatrix::zeros(width, *count),
             })
             .collect();
-        let by_strike: Vec<_> = strikes
+        let by_strike: Vec<OfStrike> = strikes
             .par_iter()
             .enumerate()
-            .map(|(i, at)| Self::of_strike(at, i, sets, width))
+            .map(|(i, at)| OfStrike::new(at, i, sets, width))
             .collect();
         for of_strike in by_strike {
-            for (place, Self { own, cross }) in of_strike {
-                sums[place].own += own;
-                sums[place].cross += cross;
+            let (mut first, mut own) = (0, of_strike.own.iter());
+            for place in of_strike.touching {
+                let sum = &mut sums[place];
+                let count = sum.own.ncols();
+                sum.own
+                    .iter_mut()
+                    .zip(&mut own)
+                    .for_each(|(sum, own)| *sum += own);
+                sum.cross += of_strike.cross.view((NUISANCES, first), (width, count));
+                first += count;
             }
         }
         sums
     }
+}
 
-    /// Of the sets that touch a strike, each with its place.
-    fn of_strike(
+impl OfStrike {
+    fn new(
         at: &StrikeAtFit<'_>,
         strike: usize,
         sets: &[(usize, &StrikeColumns)],
         width: usize,
-    ) -> Vec<(usize, Self)> {
-        let touching: Vec<(usize, &DMatrix<f64>)> = sets
+    ) -> Self {
+        let (touching, columns): (Vec<usize>, Vec<&DMatrix<f64>>) = sets
             .iter()
             .enumerate()
             .filter_map(|(place, (_, moved))| Some((place, moved[strike].as_ref()?)))
-            .collect();
-        let columns: usize = touching.iter().map(|(_, c)| c.ncols()).sum();
-        let mut all = DMatrix::zeros(at.weighed.nrows(), columns);
+            .unzip();
+        let count = columns.iter().map(|c| c.ncols()).sum();
+        let mut all = DMatrix::zeros(at.seen.ncols(), count);
         let mut first = 0;
-        for (_, c) in &touching {
+        for c in &columns {
             all.columns_mut(first, c.ncols()).copy_from(c);
             first += c.ncols();
         }
-        let cross = all.transpose() * at.weighed.columns(0, width);
+        // By products of two matrices, which are blocked, where dot products are not.
+        let cross = at.seen.rows(0, NUISANCES + width) * all;
+        let by_nuisances = cross.rows(0, NUISANCES);
+        let explained = &at.posterior * by_nuisances;
+        let mut own = Vec::with_capacity(columns.iter().map(|c| c.ncols().pow(2)).sum());
         let mut first = 0;
-        touching
-            .into_iter()
-            .map(|(place, c)| {
-                let projected = at.whitened.nuisances.tr_mul(c);
-                let own = gram(c) * at.precision - projected.tr_mul(&(&at.posterior * &projected));
-                let cross = cross.rows(first, c.ncols()).into_owned();
-                first += c.ncols();
-                (place, Self { own, cross })
-            })
-            .collect()
+        for c in columns {
+            let gram = gram(c);
+            for j in 0..c.ncols() {
+                let explained = explained.column(first + j);
+                own.extend((0..c.ncols()).map(|i| {
+                    gram[(i, j)] * at.precision - by_nuisances.column(first + i).dot(&explained)
+                }));
+            }
+            first += c.ncols();
+        }
+        Self {
+            touching,
+            own,
+            cross,
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! One strike at a fitted model, with the residuals that are drawn for it.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -19,18 +19,21 @@ pub(super) struct StrikeAtFit<'f> {
     pub(super) simulated: &'f DVector<f64>,
     /// The model's own columns X, the random ones among them.
     pub(super) own: DMatrix<f64>,
-    /// Σ⁻¹·[X, r, drawn residuals].
-    pub(super) weighed: DMatrix<f64>,
+    /// [G, Σ⁻¹·[X, r, drawn residuals]]ᵀ.
+    pub(super) seen: DMatrix<f64>,
     /// Σ⁻¹·(r − X·β).
     pub(super) left: DVector<f64>,
-    /// XᵀΣ⁻¹·(r − X·β).
-    pub(super) own_left: DVector<f64>,
     /// C/σ² and 1/σ².
     pub(super) posterior: DMatrix<f64>,
     pub(super) precision: f64,
 }
 
 impl<'f> StrikeAtFit<'f> {
+    /// (Σ⁻¹·[X, r, drawn residuals])ᵀ.
+    pub(super) fn weighed(&self) -> DMatrixView<'_, f64> {
+        self.seen.rows(NUISANCES, self.seen.nrows() - NUISANCES)
+    }
+
     pub(super) fn new(
         prepared: &PreparedStrikes<'_>,
         fitted: &'f Fitted,
@@ -76,14 +79,16 @@ impl<'f> StrikeAtFit<'f> {
         }
         let precision = components.camera.powi(-2);
         let posterior = posterior(g, components) * precision;
+        let mut seen = DMatrix::zeros(NUISANCES + all.ncols(), rows);
+        seen.rows_mut(0, NUISANCES).tr_copy_from(g);
         let weighed = &all * precision - g * (&posterior * g.tr_mul(&all));
+        seen.rows_mut(NUISANCES, all.ncols()).tr_copy_from(&weighed);
         Self {
             simulated: &fitted.linearisation.raw[i].simulated,
             whitened,
             own,
-            weighed,
+            seen,
             left: DVector::zeros(0),
-            own_left: DVector::zeros(0),
             posterior,
             precision,
         }

@@ -71,12 +71,8 @@ pub(super) fn fit_best(
         .map(|(_, s)| {
             // Of its forms, the one that brings most for its values. A strength at the end of its range stands for something else.
             let mut possible: Option<Fitted> = None;
-            // What is named, or beside it, is fitted to the end, for its form decides as well.
             let with = from.likelihood() + chance[s.name] + criteria.least_evidence;
-            let goal = match criteria.least_evidence.is_finite() {
-                true => Goal::Compared { with },
-                false => Goal::Settled,
-            };
+            let goal = Goal::Compared { with };
             for (rank, start) in s.starts.iter().enumerate() {
                 if rank >= STARTS && possible.is_some() {
                     break;

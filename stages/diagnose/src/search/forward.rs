@@ -48,13 +48,18 @@ pub(crate) fn search<'a>(
         fitted: null.clone(),
         effects: Vec::new(),
     };
-    let mut screened = first.to_vec();
+    // Beside the effects held, candidates are screened where another may be added.
+    let mut screened = Some(first.to_vec());
     let mut short = candidates.to_vec();
     // Each effect that is replaced makes the model better: so often at the most, for noise is estimated anew between.
     for _ in 0..=limits.effects {
         let mut is_larger = false;
         while selection.effects.len() < limits.effects {
-            let Some(fit) = next_effect(&selection, &screened, chance, limits)? else {
+            let beside = match screened.take() {
+                Some(screened) => screened,
+                None => screen_beside_family(&selection, candidates)?,
+            };
+            let Some(fit) = next_effect(&selection, &beside, chance, limits)? else {
                 break;
             };
             let Some((prepared, null, fitted)) =
@@ -69,13 +74,12 @@ pub(crate) fn search<'a>(
                 fitted,
                 effects: Vec::new(),
             };
-            short = shortlist(candidates, &screened);
+            short = shortlist(candidates, &beside);
             selection = standing(larger, chance)?;
             is_larger = true;
             if selection.effects.len() <= held {
                 break;
             }
-            screened = screen_beside_family(&selection, candidates)?;
         }
         if !is_larger {
             break;
@@ -85,7 +89,6 @@ pub(crate) fn search<'a>(
         if selection.names() == before {
             break;
         }
-        screened = screen_beside_family(&selection, candidates)?;
     }
     with_rivals(selection, &short, chance)
 }
@@ -110,7 +113,7 @@ fn screen_beside_family(
     let Selection {
         prepared, fitted, ..
     } = selection;
-    let family = family_columns(prepared, fitted)?;
+    let family = family_columns(prepared, fitted);
     match ScoreTest::new(prepared, fitted, &family, Replicates::NONE) {
         Some(test) => screen_by(prepared, fitted, &test, candidates),
         None => Ok(Vec::new()),

@@ -114,8 +114,7 @@ pub(crate) fn with_special_cases<'a>(
             continue;
         };
         if let Some(fitted) = replaced(&selection, place, &special, chance)? {
-            selection.fitted = fitted;
-            selection = standing(selection, chance)?;
+            selection = standing(selection.holding(fitted), chance)?;
         }
     }
     Ok(selection)

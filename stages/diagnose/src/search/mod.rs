@@ -15,7 +15,7 @@ pub(crate) use forward::{Limits, search};
 pub(crate) use last_resort::{with_last_resorts, with_replacements, with_special_cases};
 pub(crate) use refine::{least_that_moves_little, with_rivals, with_wander, without};
 
-use crate::{fit::Fitted, strikes::PreparedStrikes};
+use crate::{fit::Fitted, screen::Screened, strikes::PreparedStrikes};
 
 /// What a search ends with.
 pub(crate) struct Selection<'a> {
@@ -34,6 +34,15 @@ impl Selection<'_> {
         self.effects.iter().map(|effect| effect.name).collect()
     }
 
+    /// The same strikes with another model, of whose effects nothing is known yet.
+    fn holding(self, fitted: Fitted) -> Self {
+        Self {
+            fitted,
+            effects: Vec::new(),
+            ..self
+        }
+    }
+
     /// Gain in log-likelihood of all effects together.
     pub(crate) fn gain(&self) -> f64 {
         self.fitted.likelihood() - self.null.likelihood()
@@ -45,6 +54,10 @@ impl Selection<'_> {
 pub(crate) struct SelectedEffect {
     pub(crate) name: &'static str,
     pub(crate) evidence: f64,
+    /// The model without it, where one can be fitted.
+    pub(crate) without: Option<Fitted>,
+    /// What is left then, by every candidate, where that was asked.
+    screened: Option<Vec<Screened>>,
     /// Effects that the data do not exclude in its place.
     pub(crate) equivalent: Vec<&'static str>,
     /// Models with another effect in its place, the best first.

@@ -26,12 +26,15 @@ pub(crate) fn without<'a>(
     place: usize,
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
-    let null = || selection.null.clone();
-    selection.fitted = reduced(&selection, place, Goal::Settled)?.unwrap_or_else(null);
-    selection.effects = alone(&selection, chance, Goal::LIKELIHOOD)?
-        .into_iter()
-        .map(|(effect, _)| effect)
-        .collect();
+    let reduced = match reduced(&selection, place)? {
+        Some(from) => selection
+            .prepared
+            .fit_from(&from, &from.model, Goal::Settled)?,
+        None => None,
+    };
+    let fitted = reduced.unwrap_or_else(|| selection.null.clone());
+    selection = selection.holding(fitted);
+    selection.effects = alone(&selection, chance)?;
     Ok(selection)
 }
 
@@ -93,7 +96,7 @@ pub(crate) fn least_that_moves_little(
     let with = prepared.ends(&fitted.model)?;
     let mut least: Option<(usize, f64)> = None;
     for place in named {
-        let Some(without) = reduced(selection, place, Goal::LIKELIHOOD)? else {
+        let Some(without) = reduced(selection, place)? else {
             continue;
         };
         let ends = prepared.ends(&without.model)?;
@@ -112,32 +115,23 @@ pub(super) fn standing<'a>(
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
     loop {
-        let mut alone = alone(&selection, chance, Goal::LIKELIHOOD)?;
-        let idle = alone
-            .iter()
-            .position(|(effect, reduced)| effect.evidence < 0.0 && reduced.is_some());
-        match idle.and_then(|place| alone.swap_remove(place).1) {
-            Some(reduced) => selection.fitted = reduced,
-            None => {
-                selection.effects = alone.into_iter().map(|(effect, _)| effect).collect();
-                return Ok(selection);
-            }
+        selection.effects = alone(&selection, chance)?;
+        let mut effects = selection.effects.iter();
+        let idle = effects.find(|effect| effect.evidence < 0.0 && effect.without.is_some());
+        match idle.and_then(|effect| effect.without.clone()) {
+            Some(reduced) => selection = selection.holding(reduced),
+            None => return Ok(selection),
         }
     }
 }
 
-/// Each effect and its evidence beside the others, and the model without it.
-fn alone(
-    selection: &Selection<'_>,
-    chance: &Chance,
-    goal: Goal,
-) -> Result<Vec<(SelectedEffect, Option<Fitted>)>, WorldError> {
+/// Each effect and its evidence beside the others.
+fn alone(selection: &Selection<'_>, chance: &Chance) -> Result<Vec<SelectedEffect>, WorldError> {
     (0..selection.fitted.model.parts.len())
         .into_par_iter()
         .map(|place| {
-            let reduced = reduced(selection, place, goal)?;
-            let effect = effect_alone(selection, place, reduced.as_ref(), chance);
-            Ok((effect, reduced))
+            let reduced = reduced(selection, place)?;
+            Ok(effect_alone(selection, place, reduced, chance))
         })
         .collect()
 }
@@ -157,15 +151,15 @@ pub(crate) fn with_rivals<'a>(
         let candidates = candidates.iter().filter(|rival| is_asked(rival.name));
         candidates.cloned().collect()
     };
-    let effects = alone(&selection, chance, Goal::Settled)?
+    if selection.effects.is_empty() {
+        selection.effects = alone(&selection, chance)?;
+    }
+    let effects = std::mem::take(&mut selection.effects)
         .into_par_iter()
         .enumerate()
-        .map(|(place, (effect, reduced))| match reduced {
-            Some(reduced) => {
-                let rivals = asked(effect.name);
-                assessed(&selection, place, effect, &reduced, &rivals, chance)
-            }
-            None => Ok(effect),
+        .map(|(place, effect)| {
+            let rivals = asked(effect.name);
+            assessed(&selection, place, effect, &rivals, chance)
         })
         .collect::<Result<_, WorldError>>()?;
     selection.effects = effects;
@@ -185,17 +179,20 @@ pub(super) fn refine<'a>(
         let mut better = None;
         // As many at once as there are threads: the first that is replaced decides, however many were asked beside it.
         for places in places.chunks(rayon::current_num_threads()) {
-            let found: Vec<Option<Fitted>> = places
+            let found: Vec<(Vec<Screened>, Option<Fitted>)> = places
                 .par_iter()
-                .map(|place| replaced(&selection, *place, candidates, chance))
+                .map(|place| rivals_of(&selection, *place, candidates, chance))
                 .collect::<Result<_, WorldError>>()?;
-            better = found.into_iter().flatten().next();
+            for (place, (screened, rival)) in places.iter().zip(found) {
+                selection.effects[*place].screened = Some(screened);
+                better = better.or(rival);
+            }
             if better.is_some() {
                 break;
             }
         }
         match better {
-            Some(fitted) => selection.fitted = fitted,
+            Some(fitted) => selection = selection.holding(fitted),
             None => return Ok(selection),
         }
     }
@@ -212,14 +209,25 @@ pub(super) fn replaced(
     candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<Option<Fitted>, WorldError> {
+    let (_, better) = rivals_of(selection, place, candidates, chance)?;
+    Ok(better)
+}
+
+/// The same, after what every candidate says in the place of the effect.
+fn rivals_of(
+    selection: &Selection<'_>,
+    place: usize,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<(Vec<Screened>, Option<Fitted>), WorldError> {
     let prepared = &selection.prepared;
-    let Some(reduced) = reduced(selection, place, Goal::LIKELIHOOD)? else {
-        return Ok(None);
+    let Some(reduced) = reduced(selection, place)? else {
+        return Ok((Vec::new(), None));
     };
     let SelectedEffect { name, evidence, .. } = selection.effects[place];
-    let (own, screened): (Vec<Screened>, Vec<Screened>) = screen(prepared, &reduced, candidates)?
-        .into_iter()
-        .partition(|s| s.name == name);
+    let all = screen(prepared, &reduced, candidates)?;
+    let (own, screened): (Vec<Screened>, Vec<Screened>) =
+        all.iter().cloned().partition(|s| s.name == name);
     let better = evidence + prepared.thresholds.better;
     let criteria = FitCriteria {
         required: &[],
@@ -228,33 +236,31 @@ pub(super) fn replaced(
     };
     let rivals = fit_best(prepared, &reduced, &screened, chance, criteria)?;
     let best = rivals.into_iter().next();
-    Ok(best
-        .filter(|rival| rival.evidence > better)
-        .map(|rival| rival.fitted))
+    let best = best.filter(|rival| rival.evidence > better);
+    Ok((all, best.map(|rival| rival.fitted)))
 }
 
-/// The model without one of its effects, fitted; `None` where that diverges.
-fn reduced(
-    selection: &Selection<'_>,
-    place: usize,
-    goal: Goal,
-) -> Result<Option<Fitted>, WorldError> {
-    let from = &selection.fitted;
-    selection
-        .prepared
-        .fit_from(from, &from.model.without(place), goal)
+/// The model without one of its effects, fitted to be compared, once; `None` where that diverges.
+fn reduced(selection: &Selection<'_>, place: usize) -> Result<Option<Fitted>, WorldError> {
+    let Selection {
+        prepared, fitted, ..
+    } = selection;
+    match selection.effects.get(place) {
+        Some(effect) => Ok(effect.without.clone()),
+        None => prepared.fit_from(fitted, &fitted.model.without(place), Goal::LIKELIHOOD),
+    }
 }
 
 /// An effect and its evidence beside the others; without bound where no model without it can be fitted.
 fn effect_alone(
     selection: &Selection<'_>,
     place: usize,
-    reduced: Option<&Fitted>,
+    without: Option<Fitted>,
     chance: &Chance,
 ) -> SelectedEffect {
     let fitted = &selection.fitted;
     let name = fitted.model.parts[place].name;
-    let evidence = reduced.map_or(f64::INFINITY, |reduced| {
+    let evidence = without.as_ref().map_or(f64::INFINITY, |reduced| {
         evidence_of(
             name,
             fitted.likelihood() - reduced.likelihood(),
@@ -266,6 +272,8 @@ fn effect_alone(
     SelectedEffect {
         name,
         evidence,
+        without,
+        screened: None,
         equivalent: Vec::new(),
         rivals: Vec::new(),
     }
@@ -275,11 +283,14 @@ fn effect_alone(
 fn assessed(
     selection: &Selection<'_>,
     place: usize,
-    effect: SelectedEffect,
-    reduced: &Fitted,
+    mut effect: SelectedEffect,
     candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<SelectedEffect, WorldError> {
+    let known = effect.screened.take();
+    let Some(reduced) = &effect.without else {
+        return Ok(effect);
+    };
     let Selection {
         prepared, fitted, ..
     } = selection;
@@ -291,8 +302,14 @@ fn assessed(
         .model
         .forms()
         .any(|(i, of, _)| of == place && at_end.contains(&i));
-    let (own, screened): (Vec<Screened>, Vec<Screened>) = screen(prepared, reduced, candidates)?
+    let screened = match known {
+        Some(known) => known,
+        None => screen(prepared, reduced, candidates)?,
+    };
+    let is_asked = |s: &Screened| candidates.iter().any(|asked| asked.name == s.name);
+    let (own, screened): (Vec<Screened>, Vec<Screened>) = screened
         .into_iter()
+        .filter(is_asked)
         .partition(|s| s.name == name);
     let incumbent = own.first().map(|own| own.gain().min(evidence));
     let criteria = FitCriteria {

@@ -2,7 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 use values::{Point, Strike};
-use world::{WorldError, effects::Experiment, planar::Push};
+use world::{
+    effects::Experiment,
+    planar::{Node, Response, StartChange},
+};
 
 use super::covariate::Covariate;
 use crate::{
@@ -25,8 +28,6 @@ const COMMANDS: usize = 17;
 const PLANE: usize = 4;
 /// Standard deviation of starts in m below which they are one place.
 const STARTS: f64 = 0.005;
-/// Push in m/s² of the finite differences.
-const PUSH: f64 = 0.02;
 
 /// A bump's place, and the direction in which it acts.
 type Place = (Point, Point);
@@ -85,12 +86,12 @@ fn line(values: impl Iterator<Item = f64>, count: usize) -> (Vec<f64>, f64) {
 }
 
 /// The bumps of a covariate at a fitted model; `None` where a strike with one does not come to rest.
-pub(crate) fn bumps(
-    prepared: &PreparedStrikes<'_>,
+pub(crate) fn bumps<'a>(
+    prepared: &PreparedStrikes<'a>,
     fitted: &Fitted,
-    test: &ScoreTest<'_, '_>,
+    test: &ScoreTest<'_, 'a>,
     covariate: Covariate,
-) -> Result<Option<Bumps>, WorldError> {
+) -> Option<Bumps> {
     let builder = Builder {
         prepared,
         fitted,
@@ -104,7 +105,7 @@ pub(crate) fn bumps(
             .flat_map(|c| directions.iter().map(|d| (Point::new(*c, 0.0), *d)))
             .collect()
     };
-    Ok(match covariate {
+    match covariate {
         Covariate::Position | Covariate::Surface => {
             let directions: &[Point] = match covariate {
                 Covariate::Position => &[ahead, left],
@@ -130,9 +131,9 @@ pub(crate) fn bumps(
             } else {
                 Acts::AsForce
             };
-            let found = builder.pushed(acts, places, &|(centre, direction), _, at, v| {
+            let found = builder.pushed(acts, places, &|(centre, direction), at, v| {
                 push(is_surface, direction, v) * bump(at.distance(centre), spacing)
-            })?;
+            });
             found.map(|bumps| Bumps {
                 shape: Box::new(move |middle, at| bump(at.distance(middle), spacing)),
                 ..bumps
@@ -144,15 +145,15 @@ pub(crate) fn bumps(
             builder.pushed(
                 Acts::OnFriction,
                 on_line(&speeds, &[ahead]),
-                &|(centre, direction), _, _, v| {
+                &|(centre, direction), _, v| {
                     push(true, direction, v) * bump(v.norm() - centre.x, speeds.1)
                 },
-            )?
+            )
         }
         Covariate::Heading => {
             let headings = line(strikes.iter().map(|s| s.path().bearing()), BUMPS);
             let places = on_line(&headings, &[ahead, left]);
-            builder.pushed(Acts::OnFriction, places, &|(centre, direction), _, _, v| {
+            builder.pushed(Acts::OnFriction, places, &|(centre, direction), _, v| {
                 let along = push(true, direction, v);
                 let acts = if direction.x > 0.0 {
                     along
@@ -160,7 +161,7 @@ pub(crate) fn bumps(
                     Point::new(-along.y, along.x)
                 };
                 acts * bump(v.bearing() - centre.x, headings.1)
-            })?
+            })
         }
         Covariate::Wear => {
             let orders = line(strikes.iter().map(|s| s.conditions.order), BUMPS);
@@ -210,7 +211,7 @@ pub(crate) fn bumps(
             let is_varied = spread.x.max(spread.y) > STARTS;
             is_varied.then(|| builder.on_plane(&|strike| strike.initial))
         }
-    })
+    }
 }
 
 /// What a push stands for.
@@ -229,32 +230,19 @@ struct Builder<'s, 'f, 'a> {
 }
 
 impl Builder<'_, '_, '_> {
-    /// Pushes: `acceleration(place, time, position, velocity)` at unit height.
+    /// Pushes: `acceleration(place, position, velocity)` at unit height.
     fn pushed(
         &self,
         acts: Acts,
         places: Vec<Place>,
-        acceleration: &(dyn Fn(Place, f64, Point, Point) -> Point + Sync),
-    ) -> Result<Option<Bumps>, WorldError> {
-        let model = &self.fitted.model;
-        let effects = model.effects(self.prepared.rig, &model.values)?;
-        let pushes: Vec<Box<Push<'_>>> = places
-            .iter()
-            .map(|place| {
-                let place = *place;
-                Box::new(move |t: f64, at: Point, v: Point| acceleration(place, t, at, v) * PUSH)
-                    as Box<Push<'_>>
-            })
-            .collect();
-        let worlds: Vec<_> = pushes
-            .iter()
-            .map(|push| {
-                let mut planar = self.prepared.planar(&model.values, &effects);
-                planar.push = Some(push.as_ref());
-                (planar, PUSH)
-            })
-            .collect();
-        let mut moved = self.test.moved(&worlds, &|_, _| true);
+        acceleration: &(dyn Fn(Place, Point, Point) -> Point + Sync),
+    ) -> Option<Bumps> {
+        let answer = |response: &Response<'_>, _, k: usize, change: &mut [f64]| {
+            let place: Place = places[k];
+            let added = |node: &Node| node.push(&|at, v| acceleration(place, at, v));
+            response.answer(StartChange::default(), &added, change);
+        };
+        let mut moved = self.test.moved(places.len(), &|_, _| true, &answer);
         if acts == Acts::OnFriction {
             // In shares of each strike's own friction, as the model's friction is: a bump of the same push for all would
             // separate strikes of much friction from those of little, and find the scatter of friction again.
@@ -264,12 +252,12 @@ impl Builder<'_, '_, '_> {
                 }
             }
         }
-        Ok(moved.map(|moved| Bumps {
+        moved.map(|moved| Bumps {
             places,
             moved,
             scale: 0.1,
             shape: Box::new(|middle, at| f64::from(middle == at)),
-        }))
+        })
     }
 
     /// Launches: speed for a place that points ahead, angle for one that points left.

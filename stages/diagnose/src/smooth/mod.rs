@@ -5,8 +5,6 @@ pub(crate) mod bumps;
 pub(crate) mod covariate;
 pub(crate) mod ridge;
 
-use world::WorldError;
-
 use self::{
     bumps::bumps,
     covariate::{Covariate, family},
@@ -25,7 +23,7 @@ use crate::{
 pub(crate) fn family_columns(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
-) -> Result<Vec<RandomColumns>, WorldError> {
+) -> Vec<RandomColumns> {
     let parts = fitted.model.parts.iter();
     let mut covariates: Vec<Covariate> = parts
         .flat_map(|part| {
@@ -40,7 +38,7 @@ pub(crate) fn family_columns(
         let Some(test) = ScoreTest::new(prepared, fitted, &random, Replicates::NONE) else {
             break;
         };
-        let Some(bumps) = bumps(prepared, fitted, &test, covariate)? else {
+        let Some(bumps) = bumps(prepared, fitted, &test, covariate) else {
             continue;
         };
         let scores = test.scores(bumps.count(), &bumps.moved);
@@ -52,5 +50,5 @@ pub(crate) fn family_columns(
             });
         }
     }
-    Ok(random)
+    random
 }
