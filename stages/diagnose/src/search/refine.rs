@@ -1,6 +1,7 @@
 //! Asks of every effect held whether another fits better in its place, and how firmly it stands.
 
 use rayon::prelude::*;
+use values::Strike;
 use world::WorldError;
 
 use super::{
@@ -296,7 +297,8 @@ fn assessed(
     } = selection;
     let thresholds = prepared.thresholds;
     let (name, evidence) = (effect.name, effect.evidence);
-    let is_offset = is_speed_offset(&fitted.model.fitted_parts(&fitted.model.values)[place]);
+    let part = &fitted.model.fitted_parts(&fitted.model.values)[place];
+    let is_offset = is_speed_offset(part, &prepared.strikes);
     let at_end = fitted.forms_at_end();
     let is_at_end = fitted
         .model
@@ -341,13 +343,20 @@ fn assessed(
     })
 }
 
-/// Whether an arm delivers the commanded speed and a constant more. Restitution that falls as that constant over the speed launches
-/// alike, and no form that the library gives it excludes it.
-fn is_speed_offset(part: &Part) -> bool {
-    let value = |name| part.parameters.get(name).copied();
-    part.name == "striker_speed_error"
-        && value("cap").is_none()
-        && value("offset").is_some_and(|offset| offset > 0.0)
+/// Share of an arm's offset up to which its cap says nothing of what restitution may do instead.
+const LITTLE_CAP: f64 = 0.1;
+
+/// Whether an arm delivers the commanded speed and a constant more, beside which a hard cap takes little off, root mean square over strikes.
+/// Restitution that falls as that constant over the speed launches alike, and no form that the library gives it excludes it.
+fn is_speed_offset(part: &Part, strikes: &[&Strike]) -> bool {
+    let value = |name, neutral| part.parameters.get(name).copied().unwrap_or(neutral);
+    let (offset, slope) = (value("offset", 0.0), value("slope", 1.0));
+    let cap = value("cap", f64::INFINITY);
+    let beyond = |strike: &&Strike| (offset + slope * strike.command.speed - cap).max(0.0);
+    let squares: f64 = strikes.iter().map(|strike| beyond(strike).powi(2)).sum();
+    let taken = (squares / strikes.len().max(1) as f64).sqrt();
+    let is_hard = cap.is_infinite() || value("softness", 0.0) == 0.0;
+    part.name == "striker_speed_error" && is_hard && offset > 0.0 && taken < LITTLE_CAP * offset
 }
 
 /// Whether the data exclude another effect in the place of a named one. Of effects that differ in form alone, and whose form is
