@@ -55,7 +55,7 @@ pub(crate) struct SelectedEffect {
     pub(crate) name: &'static str,
     pub(crate) evidence: f64,
     /// The model without it, where one can be fitted.
-    pub(crate) without: Option<Fitted>,
+    pub(crate) fit_without: Option<Fitted>,
     /// What is left then, by every candidate, where that was asked.
     screened: Option<Vec<Screened>>,
     /// Effects that the data do not exclude in its place.

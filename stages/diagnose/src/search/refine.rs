@@ -118,8 +118,8 @@ pub(super) fn standing<'a>(
     loop {
         selection.effects = alone(&selection, chance)?;
         let mut effects = selection.effects.iter();
-        let idle = effects.find(|effect| effect.evidence < 0.0 && effect.without.is_some());
-        match idle.and_then(|effect| effect.without.clone()) {
+        let idle = effects.find(|effect| effect.evidence < 0.0 && effect.fit_without.is_some());
+        match idle.and_then(|effect| effect.fit_without.clone()) {
             Some(reduced) => selection = selection.holding(reduced),
             None => return Ok(selection),
         }
@@ -247,7 +247,7 @@ fn reduced(selection: &Selection<'_>, place: usize) -> Result<Option<Fitted>, Wo
         prepared, fitted, ..
     } = selection;
     match selection.effects.get(place) {
-        Some(effect) => Ok(effect.without.clone()),
+        Some(effect) => Ok(effect.fit_without.clone()),
         None => prepared.fit_from(fitted, &fitted.model.without(place), Goal::LIKELIHOOD),
     }
 }
@@ -273,7 +273,7 @@ fn effect_alone(
     SelectedEffect {
         name,
         evidence,
-        without,
+        fit_without: without,
         screened: None,
         equivalent: Vec::new(),
         rivals: Vec::new(),
@@ -289,7 +289,7 @@ fn assessed(
     chance: &Chance,
 ) -> Result<SelectedEffect, WorldError> {
     let known = effect.screened.take();
-    let Some(reduced) = &effect.without else {
+    let Some(reduced) = &effect.fit_without else {
         return Ok(effect);
     };
     let Selection {
