@@ -215,11 +215,16 @@ fn a_response_is_what_differs_between_slides() {
             };
             let step = 1e-3;
             let whole = |column: &mut [f64]| {
-                world(&beside(step), &mut |other| {
-                    let release = other.release(&input, launch);
-                    response.answer_of(other, &release, &none, column);
-                });
-                column.iter_mut().for_each(|change| *change /= step);
+                let mut opposite = column.to_vec();
+                for (step, column) in [(step, &mut *column), (-step, &mut opposite[..])] {
+                    world(&beside(step), &mut |other| {
+                        let release = other.release(&input, launch);
+                        response.answer_of(other, &release, &none, column);
+                    });
+                }
+                for (change, opposite) in column.iter_mut().zip(opposite) {
+                    *change = (*change - opposite) / (2.0 * step);
+                }
             };
             held(&whole, &slid);
             let effect = little(step);
