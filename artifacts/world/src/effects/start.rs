@@ -82,6 +82,17 @@ impl FitStart {
         vec![Self::new(vec![Column::new(&[], strength)], &[strength.0])]
     }
 
+    /// The one start of an effect that has a parameter of one kind for each of several names: a column each, in which all others are 0, for one that
+    /// is left out would have their mean.
+    pub fn each(names: &[&str], strength: f64) -> Vec<Self> {
+        let column = |name: &&str| {
+            let others = names.iter().filter(|other| *other != name);
+            let none: Vec<(&str, f64)> = others.map(|other| (*other, 0.0)).collect();
+            Column::new(&none, (*name, strength))
+        };
+        vec![Self::new(names.iter().map(column).collect(), names)]
+    }
+
     /// A start that is linear in the strength of an effect that goes one way, its strength kept between none and `most`.
     pub fn linear_up_to(strength: (&str, f64), most: f64) -> Vec<Self> {
         let starts = Self::linear(strength).into_iter();

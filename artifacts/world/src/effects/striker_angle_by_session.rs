@@ -3,8 +3,8 @@
 use values::{Command, Conditions, Point};
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, sessions::BySession, wording,
+    Acts, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin,
+    Parameters, sessions::BySession, wording,
 };
 
 /// Striker angle by session; parameters are named by session, each the error δ of the angle in it, counter-clockwise. A session
@@ -51,13 +51,7 @@ fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
     if names.len() < 2 {
         return Vec::new();
     }
-    // In each column the other sessions are fixed: one that is left out would have the mean of those that are not.
-    let column = |name: &&str| {
-        let others = names.iter().filter(|other| *other != name);
-        let still: Vec<(&str, f64)> = others.map(|other| (*other, 0.0)).collect();
-        Column::new(&still, (*name, 0.005))
-    };
-    vec![FitStart::new(names.iter().map(column).collect(), &names)]
+    FitStart::each(&names, 0.005)
 }
 
 struct StrikerAngleBySession {

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, Values, wording,
+    Acts, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin,
+    Parameters, Slide, Values, wording,
 };
 use crate::GRAVITY;
 
@@ -81,13 +81,7 @@ fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
         .chain(along_y)
         .collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    // In each column all other slopes are none: a session that is left out would have their mean.
-    let column = |name: &&str| {
-        let others = names.iter().filter(|other| *other != name);
-        let level: Vec<(&str, f64)> = others.map(|other| (*other, 0.0)).collect();
-        Column::new(&level, (*name, 0.002))
-    };
-    vec![FitStart::new(names.iter().map(column).collect(), &names)]
+    FitStart::each(&names, 0.002)
 }
 
 struct TableTiltBySession {

@@ -157,7 +157,7 @@ impl<'s> Forces<'s> {
         }
     }
 
-    /// The same with so much of its friction.
+    /// What changes it with `share` times its dry friction.
     #[inline(always)]
     pub(super) fn rubbed(&self, body: &Body, share: f64) -> Rate {
         let planar = self.planar;

@@ -339,7 +339,7 @@ impl Response<'_> {
         }
     }
 
-    /// The same by another world, in which the tip lets go as in `release`: by what differs there, on the way, and in what a camera sees.
+    /// Change of the frames by another world, in which the tip lets go as in `release`: by what differs there, on the way, and in what a camera sees.
     pub fn answer_of(
         &self,
         other: &Planar<'_>,

@@ -214,7 +214,7 @@ pub(super) fn replaced(
     Ok(better)
 }
 
-/// The same, after what every candidate says in the place of the effect.
+/// What every candidate says in the place of an effect, and the model with the best of them there, where that is better.
 fn rivals_of(
     selection: &Selection<'_>,
     place: usize,
