@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use values::{Rig, Strike};
-use world::effects::{Column, EffectSpec, Experiment, FitStart, Naming, effect, library};
+use world::effects::{
+    Column, EffectSpec, Experiment, FitStart, Naming, Origin, effect, library,
+};
 
 use crate::{model::Part, smooth::covariate::family};
 
@@ -30,11 +32,11 @@ pub(crate) fn candidates(rig: &Rig, strikes: &[&Strike], naming: Naming) -> Vec<
         .collect()
 }
 
-/// Whether an effect acts on a strike as a whole: on its launch, or on its friction all the way.
+/// Whether an effect acts on a strike as a whole, and not on its picture: on its launch, or on its friction all the way.
 pub(crate) fn is_of_whole_strikes(name: &str) -> bool {
-    family(name)
-        .iter()
-        .all(|covariate| covariate.is_of_whole_strikes())
+    let is_seen = effect(name).is_ok_and(|spec| spec.origin == Origin::Camera);
+    let mut family = family(name).iter();
+    !is_seen && family.all(|covariate| covariate.is_of_whole_strikes())
 }
 
 /// Whether an effect is stated as a cause, and never named.
