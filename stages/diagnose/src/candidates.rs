@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 
 use values::{Rig, Strike};
-use world::effects::{
-    Column, EffectSpec, Experiment, FitStart, Naming, Origin, effect, library,
-};
+use world::effects::{Column, EffectSpec, Experiment, FitStart, Naming, Origin, effect, library};
 
 use crate::{model::Part, smooth::covariate::family};
 

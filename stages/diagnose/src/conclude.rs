@@ -47,6 +47,8 @@ pub(crate) struct Case<'c, 'a> {
     pub(crate) is_astray: bool,
     /// What the effects gain on strikes that were left out of their fit.
     pub(crate) gains: Gains,
+    /// Whether effects were found that do not pay on strikes left out of their fit, and move stops by more than repeats scatter.
+    pub(crate) moves_unpaid: bool,
     pub(crate) p_value: PValue,
     /// Whether that is no chance.
     pub(crate) is_real: bool,
@@ -228,7 +230,8 @@ impl Case<'_, '_> {
         // Tracks that differ from the world's in a way that moves no stop beyond what repeats scatter by are no gap that strikes would show. Held-out
         // strikes count here, too: they name nothing, and may say that something is missing.
         let moved = gap::rms(before.iter().copied().flatten());
-        let unexplained = match is_gap || moved > GREAT * floor.at_most() {
+        let is_great = self.moves_unpaid || moved > GREAT * floor.at_most();
+        let unexplained = match is_gap || is_great {
             true => Verdict::Unexplained,
             false => Verdict::Consistent,
         };
@@ -257,7 +260,8 @@ impl Case<'_, '_> {
                 )
             });
             let (left, all) = (&self.remaining.findings, &self.asked.findings);
-            let cause = left.first().or(all.first()).map(words::finding);
+            let unpaid = self.moves_unpaid.then(|| notes::UNPAID.into());
+            let cause = left.first().or(all.first()).map(words::finding).or(unpaid);
             let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
             return Ok(unnamed(unexplained, cause, note));
         }

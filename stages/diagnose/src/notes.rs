@@ -144,6 +144,10 @@ pub(crate) fn astray() -> String {
         .into()
 }
 
+/// Why effects that move stops have no name.
+pub(crate) const UNPAID: &str = "what fits best, in the notes, moves stops by more than repeats scatter, but a fit to four fifths of the strikes does \
+     not show that it predicts the others: log more strikes";
+
 /// What stands behind a drift of launch speed and friction at once.
 pub(crate) const CAMERA_DRIFTS: &str = "launch speed and friction change together with the order of strikes, in the proportion that a drift of the camera's \
      scale (its height, its zoom) or of its clock would show; a tip that wears on a table that changes may do so too: measure a known length at \

@@ -34,7 +34,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 58;
+    const VERSION: u32 = 59;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -178,7 +178,21 @@ impl Diagnose {
             acts_in_part: &acts_in_part,
         };
         let (selection, little) = pruned(selection, &candidates, &chance, &judged)?;
-        let (selection, gains, mut notes) = paying(selection)?;
+        let Paying {
+            selection,
+            gains,
+            unpaid,
+            note,
+        } = paying(selection)?;
+        // Effects that are no chance, and may be others: that they move stops is no scatter.
+        let moves_unpaid = match &unpaid {
+            Some(unpaid) => {
+                let beside = question::variation(&unpaid.prepared, &unpaid.fitted, &ask(unpaid));
+                moved_by_all(unpaid)? > beside.repeats
+            }
+            None => false,
+        };
+        let mut notes: Vec<String> = note.into_iter().collect();
         notes.extend(notes::little(&little));
         notes.extend(notes::left_out(&usable, pushed));
         notes.extend(notes::turned(rig, &selection.prepared.strikes));
@@ -206,6 +220,7 @@ impl Diagnose {
             chance: &chance,
             is_astray,
             gains,
+            moves_unpaid,
             p_value,
             is_real,
             asked,
@@ -314,10 +329,11 @@ fn is_astray(selection: &Selection<'_>) -> bool {
     prepared.rig.object.shape() == Shape::Box && selection.fitted.is_far_from(prepared)
 }
 
-/// The effects, if together they predict strikes that took no part in their fit better, beyond chance; none otherwise, with a sentence that says so.
-fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Gains, Vec<String>), DiagnoseError> {
+/// The effects, if together they predict strikes that took no part in their fit better, beyond chance; none otherwise, with those that do not, and a
+/// sentence that says so.
+fn paying(selection: Selection<'_>) -> Result<Paying<'_>, DiagnoseError> {
     if selection.effects.is_empty() {
-        return Ok((selection, Gains::default(), Vec::new()));
+        return Ok(Paying::all(selection, Gains::default()));
     }
     let gains = heldout::gains(&selection.prepared, &selection.null, &selection.fitted)?;
     let likelihood = heldout::limited(
@@ -325,7 +341,7 @@ fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Gains, Vec<String>
         selection.prepared.thresholds.typical_gains,
     );
     if heldout::is_beyond_chance(&likelihood) {
-        return Ok((selection, gains, Vec::new()));
+        return Ok(Paying::all(selection, gains));
     }
     let (sum, error) = heldout::total(&likelihood);
     let names: Vec<&str> = selection.effects.iter().map(|effect| effect.name).collect();
@@ -334,11 +350,50 @@ fn paying(selection: Selection<'_>) -> Result<(Selection<'_>, Gains, Vec<String>
     );
     let note = notes::not_named(&names, &why);
     let none = Selection {
+        prepared: selection.prepared.clone(),
+        null: selection.null.clone(),
         fitted: selection.null.clone(),
         effects: Vec::new(),
-        ..selection
     };
-    Ok((none, gains, vec![note]))
+    Ok(Paying {
+        selection: none,
+        gains,
+        unpaid: Some(selection),
+        note: Some(note),
+    })
+}
+
+/// By how much all effects together move the stops of these commands, root mean square, in m.
+fn moved_by_all(selection: &Selection<'_>) -> Result<f64, DiagnoseError> {
+    let Selection {
+        prepared,
+        null,
+        fitted,
+        ..
+    } = selection;
+    let (with, without) = (prepared.ends(&fitted.model)?, prepared.ends(&null.model)?);
+    let moved = with.into_iter().zip(without).map(|(a, b)| Some(a? - b?));
+    Ok(gap::rms(moved.flatten()))
+}
+
+/// What pays on strikes that took no part in a fit.
+struct Paying<'a> {
+    selection: Selection<'a>,
+    gains: Gains,
+    /// The effects that were found and do not, and the sentence that says so.
+    unpaid: Option<Selection<'a>>,
+    note: Option<String>,
+}
+
+impl<'a> Paying<'a> {
+    fn all(selection: Selection<'a>, gains: Gains) -> Self {
+        Self {
+            selection,
+            gains,
+            unpaid: None,
+            note: None,
+        }
+    }
 }
 
 /// The same, fitted with launches about its own impacts.

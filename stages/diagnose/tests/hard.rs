@@ -88,3 +88,22 @@ fn a_wave_of_the_delivered_launch_is_no_scatter() {
         assert_eq!(found.r#where[0].covariate, covariate, "{:?}", found.r#where);
     }
 }
+
+#[test]
+fn effects_that_move_stops_and_cannot_be_shown_to_predict_are_no_scatter() {
+    let found = (0..6).map(|seed| diagnosed_of(25, Noise::Mixed, Hidden::Rectangle(0.35), seed));
+    let is_unpaid = |found: &Diagnosis| {
+        let mut notes = found.notes.iter();
+        notes.any(|note| note.contains("predicts the others no better"))
+    };
+    let found: Vec<Diagnosis> = found.filter(is_unpaid).collect();
+    assert!(!found.is_empty());
+    for found in found {
+        assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
+        assert!(
+            found.summary.contains("log more strikes"),
+            "{}",
+            found.summary
+        );
+    }
+}
