@@ -1,5 +1,7 @@
 //! What a strike may depend on: what was commanded, where it starts, how long the arm paused before. Never what was realised.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{DMatrix, DVector};
 use values::{Command, Point, Strike};
 
@@ -15,6 +17,15 @@ const VARIES: f64 = 2e-3;
 const SHARED: f64 = 0.25;
 /// Waves over a command, by its rank.
 const WAVES: usize = 10;
+
+/// Ripples over a command: periods of which its range holds so many at the most, and steps of that number.
+const RIPPLES: f64 = 20.0;
+const STEP: f64 = 0.5;
+/// Values that differ, of each period.
+const A_PERIOD: f64 = 4.0;
+
+/// A cosine and a sine.
+pub(super) type Wave = [DVector<f64>; 2];
 
 /// What came before a strike.
 #[derive(Clone, Copy, Debug, Default)]
@@ -137,6 +148,18 @@ impl Covariates {
         groups
     }
 
+    /// Waves of one period over a command, or over where a joint of the arm stands, as a resonance or a gear makes them.
+    pub(super) fn ripples(&self) -> Vec<(&'static str, Vec<Wave>)> {
+        let [x, y] = &self.start;
+        let joints = (x.is_some() && y.is_some()).then_some([&self.bearing, &self.reach]);
+        let commands = [("speed", &self.speed), ("angle", &self.angle)].into_iter();
+        commands
+            .filter_map(|(name, values)| Some((name, values.as_ref()?)))
+            .chain(joints.into_iter().flatten().map(|values| ("start", values)))
+            .map(|(name, values)| (name, ripples(values)))
+            .collect()
+    }
+
     /// The start, where the error that this column shares with its measurement is too small to show.
     fn start_of(&self, rows: &[Row], column: usize, scatter: f64) -> [Option<DVector<f64>>; 2] {
         let n = rows.len() as f64;
@@ -204,11 +227,33 @@ fn products<'a>(all: impl Iterator<Item = &'a DVector<f64>>) -> Vec<DVector<f64>
     pairs.map(|(i, j)| all[i].component_mul(all[j])).collect()
 }
 
+/// Waves of each period that these values can tell.
+fn ripples(values: &DVector<f64>) -> Vec<Wave> {
+    let (low, high) = (values.min(), values.max());
+    let place = values.map(|v| (v - low) / (high - low).max(f64::MIN_POSITIVE));
+    let most = RIPPLES.min(distinct(&sorted(values)) as f64 / A_PERIOD);
+    let numbers = std::iter::successors(Some(1.0), |turns| Some(turns + STEP));
+    numbers
+        .take_while(|turns| *turns <= most)
+        .map(|turns| [f64::cos, f64::sin].map(|of| place.map(|t| of(TAU * turns * t))))
+        .collect()
+}
+
+fn sorted(values: &DVector<f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.iter().copied().collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted
+}
+
+/// How many sorted values differ.
+fn distinct(sorted: &[f64]) -> usize {
+    sorted.windows(2).filter(|pair| pair[1] > pair[0]).count() + 1
+}
+
 /// Cosines of the rank, beyond those that a cubic holds.
 fn waves(values: &DVector<f64>) -> Vec<DVector<f64>> {
     let n = values.len();
-    let mut sorted: Vec<f64> = values.iter().copied().collect();
-    sorted.sort_by(f64::total_cmp);
+    let sorted = sorted(values);
     // Equal values stand at one place.
     let rank = values.map(|v| {
         let (low, high) = (
@@ -217,8 +262,7 @@ fn waves(values: &DVector<f64>) -> Vec<DVector<f64>> {
         );
         0.5 * (low + high) as f64 / n as f64
     });
-    let distinct = sorted.windows(2).filter(|pair| pair[1] > pair[0]).count() + 1;
-    let most = WAVES.min(distinct.saturating_sub(1)).min(n / 4);
+    let most = WAVES.min(distinct(&sorted) - 1).min(n / 4);
     cosines(&rank, most)
 }
 

@@ -32,7 +32,7 @@ use nalgebra::DVector;
 use values::{Command, Shape};
 
 use self::{
-    covariates::Covariates,
+    covariates::{Covariates, Wave},
     families::{Calibrated, Shuffles, Statistic, calibrated},
     order::InOrder,
     place::Pushes,
@@ -47,13 +47,8 @@ use crate::{fit::Fitted, strikes::PreparedStrikes};
 pub(crate) const LITTLE: f64 = 1.0 / 3.0;
 /// Part of the variance by which strikes scatter that is repeats' at the least, whatever else is found in it.
 const LEAST_FLOOR: f64 = 0.1;
-/// What no smooth function of a strike's own command holds, beside what it shares with others that slide over the same places.
-const BESIDE_SMOOTH: [&str; 4] = [
-    "command and order",
-    "command and session",
-    "command before",
-    "pause",
-];
+/// Covariates of which no strike's own command tells.
+const BEFORE: [&str; 2] = ["command before", "pause"];
 /// Columns of whole strikes, which may change with the order.
 const NEEDS: [Column; 4] = [
     Column::Launch,
@@ -84,6 +79,8 @@ pub(crate) struct Finding {
     pub(crate) p_value: f64,
     /// By how much it moves stops, root mean square, in m.
     pub(crate) size: f64,
+    /// Whether no smooth function of the strikes' own commands holds it.
+    is_unsmooth: bool,
     /// Of the order.
     pub(crate) form: Option<Form>,
 }
@@ -96,12 +93,18 @@ impl Finding {
             _ => false,
         }
     }
+}
 
-    /// Whether it is beside smooth functions of the strikes' own commands.
-    fn is_beside_smooth(&self) -> bool {
-        let of_ways = self.covariate == "position" && matches!(self.what, What::Column(_));
-        of_ways || BESIDE_SMOOTH.contains(&self.covariate)
-    }
+/// Dependences that no smooth function of a command or of two holds.
+struct Unsmooth {
+    /// On commands, as they change with the order or from session to session.
+    by_time: Vec<(&'static str, Vec<DVector<f64>>)>,
+    /// On commands, or on where joints stand: waves of one period.
+    ripples: Vec<(&'static str, Vec<Wave>)>,
+    /// On the places that strikes slide over, in all sessions or in one: roots of covariances.
+    ways: Vec<Vec<DVector<f64>>>,
+    /// Waves over the table.
+    waves: Vec<Wave>,
 }
 
 /// What the question answers of a world.
@@ -311,6 +314,8 @@ fn commands(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
 struct Asked {
     what: What,
     covariate: &'static str,
+    /// Whether smooth functions of commands were taken off.
+    is_unsmooth: bool,
     statistic: Statistic,
     /// Sum of squared weights, by which a statistic is a mean square.
     weight: f64,
@@ -429,7 +434,7 @@ impl Asking {
         // What strikes share that no smooth function of commands holds, repeats do not scatter by; only repeats themselves show it apart.
         let unseen = findings.iter().filter(|_| !are_repeated(&self.commands));
         let unseen = unseen
-            .filter(|found| found.is_beside_smooth())
+            .filter(|found| found.is_unsmooth)
             .map(|found| found.size);
         let unseen = unseen.fold(0.0, f64::max);
         let repeats = self.variation(&by_order).repeats;
@@ -472,6 +477,7 @@ impl Asking {
                 covariate: asked.covariate,
                 p_value: (FAMILIES * all.p_values[k]).min(1.0),
                 size: square.sqrt() * self.moves(asked.what),
+                is_unsmooth: asked.is_unsmooth,
                 form: None,
             };
             let same =
@@ -555,8 +561,12 @@ impl Asking {
 
     fn commands(&self) -> Vec<Asked> {
         let mut asked = Vec::new();
-        let (by_time, ways) = (self.covariates.by_time(&self.sessions()), self.ways());
-        let waves = ways::waves(&self.ways);
+        let unsmooth = Unsmooth {
+            by_time: self.covariates.by_time(&self.sessions()),
+            ripples: self.covariates.ripples(),
+            ways: self.ways(),
+            waves: ways::waves(&self.ways),
+        };
         for of in COLUMNS {
             let column = self.weighed(of, true);
             let ratio = self.wander_of(of, &column);
@@ -584,12 +594,13 @@ impl Asking {
                 asked.push(Asked {
                     what: What::Column(of),
                     covariate: group.name,
+                    is_unsmooth: BEFORE.contains(&group.name),
                     statistic: explained(&questions, &all),
                     weight,
                 });
             }
             if NEEDS.contains(&of) {
-                asked.extend(self.beside_smooth(of, &column, ratio, &by_time, &ways, &waves));
+                asked.extend(self.beside_smooth(of, &column, ratio, &unsmooth));
             }
         }
         let places: Vec<_> = self.rows.iter().map(|row| row.places).collect();
@@ -598,6 +609,7 @@ impl Asking {
                 asked.push(Asked {
                     what,
                     covariate: "position",
+                    is_unsmooth: false,
                     statistic,
                     weight: pushes.weight,
                 });
@@ -606,18 +618,20 @@ impl Asking {
         asked
     }
 
-    /// What no smooth function of a command or of two holds: dependences on commands that change with the order or from session to session
-    /// (`by_time`), needs that strikes share which slide over the same places, in all sessions or in one (`ways`, roots of covariances), and needs that
-    /// wave over the table.
+    /// What no smooth function of a command or of two holds.
     fn beside_smooth(
         &self,
         of: Column,
         column: &Weighed,
         ratio: f64,
-        by_time: &[(&'static str, Vec<DVector<f64>>)],
-        ways: &[Vec<DVector<f64>>],
-        waves: &[[DVector<f64>; 2]],
+        unsmooth: &Unsmooth,
     ) -> Vec<Asked> {
+        let Unsmooth {
+            by_time,
+            ripples,
+            ways,
+            waves,
+        } = unsmooth;
         let n = self.rows.len();
         let whitened = |c: &DVector<f64>| {
             self.wander
@@ -644,16 +658,24 @@ impl Asking {
             let root = root.iter().map(whitened).collect();
             ("position", ways::score(root, &basis, weight))
         });
-        let waves = waves.iter().map(|wave| wave.each_ref().map(whitened));
-        let waved = is_braked.then(|| ways::most_explained(waves, &basis, &all));
+        let most = |waves: &[Wave]| {
+            let waves = waves.iter().map(|wave| wave.each_ref().map(whitened));
+            ways::most_explained(waves, &basis, &all)
+        };
+        let waved = is_braked.then(|| most(waves));
+        let rippled = ripples
+            .iter()
+            .map(|(name, waves)| Some((*name, most(waves)?)));
         changes
             .chain(places)
             .filter(|(_, questions)| !questions.is_empty())
             .map(|(covariate, questions)| (covariate, explained(&questions, &all)))
             .chain(waved.flatten().map(|waved| ("position", waved)))
+            .chain(rippled.flatten())
             .map(|(covariate, statistic)| Asked {
                 what: What::Column(of),
                 covariate,
+                is_unsmooth: true,
                 statistic,
                 weight,
             })
@@ -734,6 +756,7 @@ impl Asking {
                 family.extend(asked.into_iter().map(|(covariate, statistic)| Asked {
                     what: What::Column(of),
                     covariate,
+                    is_unsmooth: false,
                     statistic,
                     weight,
                 }));
@@ -769,6 +792,7 @@ impl Asking {
         asked.push(Asked {
             what: What::Column(Column::Heading),
             covariate: "level",
+            is_unsmooth: false,
             statistic: level(&[whitened]),
             weight: heading.weights.norm_squared(),
         });
@@ -780,6 +804,7 @@ impl Asking {
             asked.push(Asked {
                 what,
                 covariate: "phase",
+                is_unsmooth: false,
                 statistic: level(&fifths),
                 weight: pushes.weight,
             });
@@ -798,6 +823,7 @@ mod tests {
             covariate,
             p_value: 0.002,
             size,
+            is_unsmooth: false,
             form,
         }
     }

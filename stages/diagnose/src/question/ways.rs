@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use values::{Point, Strike, median};
 
 use super::{
+    covariates::Wave,
     projection::Basis,
     table::{HATS, Row},
 };
@@ -47,7 +48,7 @@ pub(super) fn commanded(strikes: &[&Strike], rows: &[Row]) -> Vec<Way> {
 }
 
 /// Mean over each way of the cosine and of the sine of each plane wave over the table, as far apart as these ways tell them apart.
-pub(super) fn waves(ways: &[Way]) -> Vec<[DVector<f64>; 2]> {
+pub(super) fn waves(ways: &[Way]) -> Vec<Wave> {
     let extent = |of: fn(&Point) -> f64| {
         let places = ways.iter().flatten().map(of);
         let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
@@ -80,7 +81,7 @@ pub(super) fn waves(ways: &[Way]) -> Vec<[DVector<f64>; 2]> {
 
 /// What the wave that explains most explains of each column of a matrix; none where a basis holds them all.
 pub(super) fn most_explained(
-    waves: impl Iterator<Item = [DVector<f64>; 2]>,
+    waves: impl Iterator<Item = Wave>,
     basis: &Basis,
     all: &DMatrix<f64>,
 ) -> Option<Vec<f64>> {
