@@ -40,6 +40,7 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::friction_line::SPEC,
     &super::striker_error_by_place::SPEC,
     &super::local_pull::SPEC,
+    &super::local_push::SPEC,
     &super::path_curl::SPEC,
     &super::camera_stretch::SPEC,
     &super::table_tilt_by_session::SPEC,

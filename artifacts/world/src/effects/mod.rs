@@ -22,6 +22,7 @@ mod friction_patch;
 mod friction_step;
 mod library;
 mod local_pull;
+mod local_push;
 mod off_centre_contact;
 mod parameters;
 mod path_curl;

@@ -149,6 +149,12 @@ fn fitted_values_are_stated_in_a_sentence() {
              does: look there, and log again without it",
         ),
         (
+            "local_push",
+            &[("center_y", -0.05), ("push_x", 0.3), ("push_y", 0.4)],
+            "something pushes objects towards 53° from +x, by 0.50 m/s² at (0.50, -0.05) m and less from some 10 cm on, as air that blows there or a \
+             plate that slopes does: look there, and log again without it",
+        ),
+        (
             "path_curl",
             &[("part", -0.12)],
             "paths curl to the right, by a force across the way of 12 % of friction's: an object that spins or stands on one edge does so; look at its \
