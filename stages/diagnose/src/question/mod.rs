@@ -343,12 +343,13 @@ impl Asking {
     fn new(prepared: &PreparedStrikes<'_>, fitted: &Fitted, before: &[Before], seed: u64) -> Self {
         let rows = table(prepared, fitted);
         let resting = fitted.estimated.components.nuisance[3];
+        let numbers = numbers(prepared);
         Self {
             covariates: Covariates::new(prepared, resting, before),
             sessions: sessions(prepared),
-            numbers: numbers(prepared),
+            wander: Wander::new(&numbers),
+            numbers,
             shuffles: Shuffles::new(rows.len(), seed),
-            wander: Wander::new(rows.len()),
             ways: ways::commanded(&prepared.strikes, &rows),
             seed,
             commands: commands(prepared),

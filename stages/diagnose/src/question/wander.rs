@@ -1,55 +1,57 @@
-//! A wander over the order beside scatter that is independent: covariance I + λK, K = min(i, j)/n, whose eigenvectors are sines.
+//! What changes with the order of strikes beside scatter that is independent, of variance 1: a wander, whose steps are independent, or what changes
+//! smoothly, whose slope wanders. Between two strikes lie as many steps as their numbers are apart: what takes no part wears a table, too. A Kalman
+//! filter says of each strike what those before it do not foresee.
 
-use std::f64::consts::PI;
-
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::projection::Basis;
 
-/// Variances of the wander over n strikes that are tried, in units of the scatter's.
+/// Variances of a change from before the first strike to the last that are tried, in units of the scatter's.
 const RATIOS: [f64; 11] = [
     0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0,
 ];
 /// Log-likelihood that a value loses within its 95 % interval: half of χ²'s quantile at one degree of freedom.
 const WITHIN: f64 = 1.92;
 
-/// The wander of so many strikes.
+/// A change over strikes.
+#[derive(Clone)]
 pub(super) struct Wander {
-    vectors: DMatrix<f64>,
-    values: DVector<f64>,
+    /// From the strike before to each, as a share of all.
+    steps: Vec<f64>,
+    is_smooth: bool,
 }
 
 impl Wander {
-    pub(super) fn new(strikes: usize) -> Self {
-        let n = strikes as f64;
-        let rate = |k: usize| (2 * k + 1) as f64 * PI / (2.0 * n + 1.0);
+    /// A wander over strikes with these numbers, which rise.
+    pub(super) fn new(numbers: &DVector<f64>) -> Self {
+        let before = numbers.iter().take(1).map(|first| first - 1.0);
+        let before = before.chain(numbers.iter().copied());
+        let apart: Vec<f64> = before
+            .zip(numbers)
+            .map(|(before, number)| (number - before).max(0.0))
+            .collect();
+        let whole: f64 = apart.iter().sum();
         Self {
-            vectors: DMatrix::from_fn(strikes, strikes, |i, k| {
-                2.0 / (2.0 * n + 1.0).sqrt() * (rate(k) * (i + 1) as f64).sin()
-            }),
-            values: DVector::from_fn(strikes, |k, _| {
-                1.0 / (4.0 * n * (0.5 * rate(k)).sin().powi(2))
-            }),
+            steps: apart.into_iter().map(|apart| apart / whole).collect(),
+            is_smooth: false,
         }
     }
 
-    /// What changes smoothly with the order: the same sines, each as strong as a wander's squared. A wander is rough, its steps are independent.
+    /// A smooth change over these strikes.
     pub(super) fn smooth(&self) -> Self {
         Self {
-            vectors: self.vectors.clone(),
-            values: self.values.map(|k| k * k / self.values.len() as f64),
+            is_smooth: true,
+            ..self.clone()
         }
     }
 
     /// The likelihood of columns that also depend on these others.
     pub(super) fn beside(&self, others: &[DVector<f64>]) -> WanderBeside<'_> {
-        let others: Vec<DVector<f64>> = others.iter().map(|c| self.vectors.tr_mul(c)).collect();
         let each = RATIOS.into_iter().map(|ratio| {
-            let root = self.values.map(|k| (1.0 + ratio * k).sqrt().recip());
             let mut restricted = 0.0;
             let mut basis = Basis::default();
-            for other in &others {
-                let weighed = other.component_mul(&root);
+            for other in others {
+                let weighed = self.whitened(ratio, other);
                 let norm = basis.off(weighed.clone()).norm();
                 let held = basis.0.len();
                 basis = basis.with([weighed]);
@@ -57,11 +59,16 @@ impl Wander {
                     restricted += 2.0 * norm.ln();
                 }
             }
+            let mut filter = Filter::new(self, ratio, 0.0);
+            let each = self.steps.iter().map(|step| {
+                filter.predict(*step);
+                filter.learn(0.0);
+                filter.variance.ln()
+            });
             AtRatio {
                 ratio,
-                determinant: -2.0 * root.map(f64::ln).sum(),
+                determinant: each.sum(),
                 restricted,
-                root,
                 basis,
             }
         });
@@ -71,38 +78,96 @@ impl Wander {
         }
     }
 
-    /// A column of this wander beside scatter of 1, from independent ones.
+    /// A column of this change beside scatter of 1, from independent ones.
     pub(super) fn drawn(&self, ratio: f64, independent: &DVector<f64>) -> DVector<f64> {
-        let root = self.values.map(|k| (1.0 + ratio * k).sqrt());
-        &self.vectors * independent.component_mul(&root)
+        let mut filter = Filter::new(self, ratio, 0.0);
+        let each = self.steps.iter().zip(independent).map(|(step, own)| {
+            filter.predict(*step);
+            let value = filter.level + own * filter.variance.sqrt();
+            filter.learn(value);
+            value
+        });
+        DVector::from_iterator(independent.len(), each)
     }
 
-    /// A column times (I + λK)^−½: then strikes are independent.
+    /// A column of which strikes are independent, of variance 1: what those before each do not foresee of it.
     pub(super) fn whitened(&self, ratio: f64, column: &DVector<f64>) -> DVector<f64> {
-        if ratio == 0.0 {
-            return column.clone();
+        match ratio == 0.0 {
+            true => column.clone(),
+            false => self.filtered(Filter::new(self, ratio, 0.0), column),
         }
-        let root = self.values.map(|k| (1.0 + ratio * k).sqrt().recip());
-        &self.vectors * self.vectors.tr_mul(column).component_mul(&root)
+    }
+
+    /// What strikes before each do not foresee of it, over its standard deviation, where nothing is known before the first.
+    pub(super) fn innovations(&self, ratio: f64, column: &DVector<f64>) -> DVector<f64> {
+        self.filtered(Filter::new(self, ratio, 1.0 + ratio), column)
+    }
+
+    fn filtered(&self, mut filter: Filter, column: &DVector<f64>) -> DVector<f64> {
+        let each = self.steps.iter().zip(column).map(|(step, value)| {
+            filter.predict(*step);
+            filter.learn(*value)
+        });
+        DVector::from_iterator(column.len(), each)
     }
 }
 
-/// What a Kalman filter of a wander with this ratio beside scatter of 1 does not foresee of each value, over its own standard deviation.
-pub(super) fn innovations(values: &[f64], ratio: f64) -> Vec<f64> {
-    let step = ratio / values.len() as f64;
-    let (mut state, mut variance) = (0.0, 1.0 + ratio);
-    let each = values.iter().map(|value| {
-        variance += step;
-        let innovation = value - state;
-        let total = variance + 1.0;
-        state += variance / total * innovation;
-        variance /= total;
-        innovation / total.sqrt()
-    });
-    each.collect()
+/// A Kalman filter: the level and its slope, and their covariance.
+struct Filter {
+    ratio: f64,
+    is_smooth: bool,
+    level: f64,
+    slope: f64,
+    /// Variances of the level and of the slope, and their covariance.
+    of_level: f64,
+    of_slope: f64,
+    of_both: f64,
+    /// Of the strike that is foreseen, its scatter included.
+    variance: f64,
 }
 
-/// A wander beside other columns, at each ratio.
+impl Filter {
+    /// Before the first strike, where the level has this variance.
+    fn new(of: &Wander, ratio: f64, of_level: f64) -> Self {
+        Self {
+            ratio,
+            is_smooth: of.is_smooth,
+            level: 0.0,
+            slope: 0.0,
+            of_level,
+            of_slope: if of.is_smooth { ratio } else { 0.0 },
+            of_both: 0.0,
+            variance: 1.0,
+        }
+    }
+
+    /// On to the next strike.
+    fn predict(&mut self, step: f64) {
+        let moved = self.ratio * step;
+        if self.is_smooth {
+            self.level += self.slope * step;
+            self.of_level += step * (2.0 * self.of_both + step * (self.of_slope + moved / 3.0));
+            self.of_both += step * (self.of_slope + 0.5 * moved);
+            self.of_slope += moved;
+        } else {
+            self.of_level += moved;
+        }
+        self.variance = self.of_level + 1.0;
+    }
+
+    /// Takes in what is seen of the strike; what was not foreseen of it, over its standard deviation.
+    fn learn(&mut self, value: f64) -> f64 {
+        let unforeseen = (value - self.level) / self.variance;
+        self.level += self.of_level * unforeseen;
+        self.slope += self.of_both * unforeseen;
+        self.of_slope -= self.of_both * self.of_both / self.variance;
+        self.of_both /= self.variance;
+        self.of_level /= self.variance;
+        unforeseen * self.variance.sqrt()
+    }
+}
+
+/// A change beside other columns, at each ratio.
 pub(super) struct WanderBeside<'w> {
     wander: &'w Wander,
     each: Vec<AtRatio>,
@@ -110,7 +175,6 @@ pub(super) struct WanderBeside<'w> {
 
 struct AtRatio {
     ratio: f64,
-    root: DVector<f64>,
     basis: Basis,
     /// ln det(I + λK), and of the other columns' information.
     determinant: f64,
@@ -120,15 +184,15 @@ struct AtRatio {
 impl WanderBeside<'_> {
     /// −2 ln L at each ratio: of the whole likelihood, or the restricted one.
     fn deviances(&self, column: &DVector<f64>, is_restricted: bool) -> Vec<(f64, f64)> {
-        let turned = self.wander.vectors.tr_mul(column);
         let n = column.len() as f64;
         let each = self.each.iter().map(|at| {
-            let left = at.basis.off(turned.component_mul(&at.root)).norm_squared();
+            let left = at.basis.off(self.wander.whitened(at.ratio, column));
             let (freedom, further) = match is_restricted {
                 true => (n - at.basis.0.len() as f64, at.restricted),
                 false => (n, 0.0),
             };
-            let deviance = freedom * (left / freedom).max(1e-300).ln() + at.determinant + further;
+            let square = (left.norm_squared() / freedom).max(1e-300);
+            let deviance = freedom * square.ln() + at.determinant + further;
             (at.ratio, deviance)
         });
         each.collect()
@@ -151,39 +215,75 @@ impl WanderBeside<'_> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::DMatrix;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
     use super::*;
 
-    #[test]
-    fn innovations_of_a_wander_are_independent() {
-        use rand::SeedableRng;
-        use rand_distr::{Distribution, StandardNormal};
-        let n = 4000;
-        let wander = Wander::new(n / 20);
-        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
-        let (mut squares, mut products) = (0.0, 0.0);
-        for _ in 0..20 {
-            let independent = DVector::from_fn(n / 20, |_, _| StandardNormal.sample(&mut random));
-            let drawn = wander.drawn(30.0, &independent);
-            let found = innovations(drawn.as_slice(), 30.0);
-            squares += found[1..].iter().map(|v| v * v).sum::<f64>();
-            products += found[1..]
-                .windows(2)
-                .map(|pair| pair[0] * pair[1])
-                .sum::<f64>();
-        }
-        assert!((squares / n as f64 - 1.0).abs() < 0.1, "{squares}");
-        assert!((products / squares).abs() < 0.06, "{products}");
+    /// Numbers of strikes of which some took no part.
+    fn numbers(n: usize) -> DVector<f64> {
+        DVector::from_fn(n, |i, _| (4 + i + 3 * (i / 5)) as f64)
+    }
+
+    fn units(n: usize) -> impl Iterator<Item = DVector<f64>> {
+        (0..n).map(move |i| DVector::from_fn(n, |j, _| f64::from(i == j)))
+    }
+
+    /// Covariance of what is drawn, less the scatter's, over the ratio.
+    fn covariance(wander: &Wander, n: usize, ratio: f64) -> DMatrix<f64> {
+        let columns: Vec<_> = units(n).map(|unit| wander.drawn(ratio, &unit)).collect();
+        let root = DMatrix::from_columns(&columns);
+        (&root * root.transpose() - DMatrix::identity(n, n)) / ratio
     }
 
     #[test]
-    fn the_sines_are_the_eigenvectors_of_a_wander() {
+    fn a_wander_goes_on_while_strikes_take_no_part_and_a_smooth_change_is_its_integral() {
         let n = 30;
-        let wander = Wander::new(n);
-        let restored =
-            &wander.vectors * DMatrix::from_diagonal(&wander.values) * wander.vectors.transpose();
-        for (i, j) in [(0, 0), (3, 20), (29, 29), (12, 11)] {
-            let truth = (i.min(j) + 1) as f64 / n as f64;
-            assert!((restored[(i, j)] - truth).abs() < 1e-9);
+        let numbers = numbers(n);
+        let wander = Wander::new(&numbers);
+        let time = |i: usize| (numbers[i] - 3.0) / (numbers[n - 1] - 3.0);
+        let (rough, smooth) = (
+            covariance(&wander, n, 7.0),
+            covariance(&wander.smooth(), n, 7.0),
+        );
+        for (i, j) in [(0, 0), (3, 20), (12, 11), (29, 29)] {
+            let (s, t) = (time(i.min(j)), time(i.max(j)));
+            assert!((rough[(i, j)] - s).abs() < 1e-9);
+            // The slope begins with a variance of 1, and wanders.
+            let integral = s * t + s * s * (3.0 * t - s) / 6.0;
+            assert!((smooth[(i, j)] - integral).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn what_was_drawn_is_whitened_to_what_it_was_drawn_from_and_has_its_likelihood() {
+        let n = 40;
+        let rough = Wander::new(&numbers(n));
+        for wander in [rough.smooth(), rough] {
+            let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+            let own = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+            let drawn = wander.drawn(30.0, &own);
+            assert!((wander.whitened(30.0, &drawn) - own).amax() < 1e-9);
+            let all = DMatrix::identity(n, n) + covariance(&wander, n, 30.0) * 30.0;
+            let determinant = 2.0 * all.cholesky().expect("positive").ln_determinant() / 2.0;
+            let beside = wander.beside(&[]);
+            let at = beside.each.iter().find(|at| at.ratio == 30.0);
+            assert!((at.expect("a ratio").determinant - determinant).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn the_likeliest_ratio_is_near_to_that_of_what_was_drawn() {
+        let n = 200;
+        let wander = Wander::new(&numbers(n));
+        let beside = wander.beside(&[DVector::repeat(n, 1.0)]);
+        let found = (0..20).map(|seed| {
+            let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+            let own = DVector::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+            beside.likeliest(&wander.drawn(30.0, &own)).0
+        });
+        let near = found.filter(|ratio| (10.0..=100.0).contains(ratio)).count();
+        assert!(near >= 17, "{near} of 20");
     }
 }
