@@ -59,7 +59,7 @@ impl Default for Thresholds {
             contains: 0.02,
             contains_value: 2.0,
             small_wander: 0.004,
-            beyond_wander: 3.0,
+            beyond_wander: 6.0,
             typical_gains: 5.0,
             wrong_sizes: 0.14,
             believed_sizes: 2.0,
