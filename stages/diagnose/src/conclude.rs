@@ -3,7 +3,7 @@
 use values::{Point, Strike};
 use world::{
     World, WorldError,
-    effects::{self, AddedEffect, effect},
+    effects::{self, AddedEffect, Origin, effect},
 };
 
 use crate::{
@@ -321,6 +321,21 @@ impl Case<'_, '_> {
             let note = notes::not_named(
                 &self.names(),
                 "objects are pushed by where they are, which none of it does",
+            );
+            return Ok(unnamed(
+                Verdict::Unexplained,
+                Some(words::finding(finding)),
+                Some(note),
+            ));
+        }
+        let is_of_launch = |name: &&str| {
+            effect(name).is_ok_and(|spec| matches!(spec.origin, Origin::Arm | Origin::Contact))
+        };
+        let pushed = self.asked.push_above_all();
+        if let Some(finding) = pushed.filter(|_| self.names().iter().all(is_of_launch)) {
+            let note = notes::not_named(
+                &self.names(),
+                "objects are pushed on their way, which no launch does",
             );
             return Ok(unnamed(
                 Verdict::Unexplained,

@@ -159,13 +159,19 @@ impl Answer {
     }
 
     /// What still moves stops by more than repeats scatter, and is more than half of the variance of the greatest that was found before, or by
-    /// more than `great` times what repeats scatter: beside it, no name is what the gap is. A form that is nearly right leaves less.
+    /// more than `great` times what repeats scatter; or the greatest itself, where half of its variance is still there: beside it, no name is what
+    /// the gap is. A form that is nearly right leaves less.
     pub(crate) fn great_beside(&self, before: &Self, great: f64) -> Option<&Finding> {
         let greatest = before.findings.first();
         let half = greatest.map_or(0.0, |most| FRAC_1_SQRT_2 * most.size);
         let least = self.floor.max(half).min(great * self.floor);
+        let is_same = |found: &&Finding| {
+            let of = |most: &Finding| most.what == found.what && most.covariate == found.covariate;
+            greatest.is_some_and(of) && found.size > half
+        };
         let largest = self.findings.first();
-        largest.filter(|found| found.size > least)
+        let largest = largest.filter(|found| found.size > least);
+        largest.or_else(|| self.findings.iter().find(is_same))
     }
 
     /// What pushes objects by where they are, beyond this in m: in no way that an object's own motion, the same wherever it is, would show.
@@ -173,6 +179,15 @@ impl Answer {
         let is_push = |found: &&Finding| matches!(found.what, What::Along | What::Across);
         let by_place = |found: &&Finding| found.covariate == "position" && found.size > least;
         self.findings.iter().filter(is_push).find(by_place)
+    }
+
+    /// A push on the way of a round object, where nothing moves stops by more. A box may tip and turn in its own way.
+    pub(crate) fn push_above_all(&self) -> Option<&Finding> {
+        let is_push = |found: &&Finding| matches!(found.what, What::Along | What::Across);
+        self.findings
+            .first()
+            .filter(is_push)
+            .filter(|_| !self.is_box)
     }
 
     /// Whether objects are pushed by where they are, by more than repeats scatter.
