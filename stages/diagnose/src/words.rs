@@ -71,10 +71,10 @@ pub(crate) fn found(answer: &Answer) -> Vec<GapDependence> {
 pub(crate) fn p_value(p: PValue) -> String {
     let one = |p: f64, replicates: usize| {
         let least = 1.0 / (1 + replicates) as f64;
-        if p <= least {
-            format!("p < 1/{replicates}")
-        } else {
-            format!("p = {p:.2}")
+        match p {
+            p if p <= least => format!("p < 1/{replicates}"),
+            p if p < 0.01 => format!("p = {p:.3}"),
+            p => format!("p = {p:.2}"),
         }
     };
     format!(

@@ -27,7 +27,12 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "wear of a contact with the number of impacts, to first order",
     starts: |experiment| friction_drift::starts(experiment, 0.05, true),
     build: |values, _| Box::new(RestitutionDrift(Drift::of(values))),
-    statement: |values| Drift::of(values).statement("restitution"),
+    statement: |values| {
+        let drifts = Drift::of(values).statement("restitution");
+        format!(
+            "{drifts}; an arm whose speed changes, or an object of another mass, shows the same"
+        )
+    },
 };
 
 struct RestitutionDrift(Drift);

@@ -71,7 +71,11 @@ fn how_sure(shown: &ReportInput<'_>) -> Markup {
     html! {
         p.said { (verdict(diagnosis.verdict)) }
         p {
-            "A gap like this comes by chance with probability "
+            @match diagnosis.verdict {
+                Verdict::Consistent => { "Stops are off by no more than repeats scatter. Tracks that differ as much from the world's come " },
+                Verdict::Unexplained | Verdict::Named => { "A gap like this comes " },
+            }
+            "by chance with probability "
             (probability(diagnosis.least_p_value(), diagnosis.replicates)) " (" (diagnosis.strikes) " strikes)."
         }
         (more(html! {

@@ -94,7 +94,7 @@ fn fitted_values_are_stated_in_a_sentence() {
         (
             "restitution_drift",
             &[("rate", -0.1), ("saturation", 2.0), ("shape", 90.0)],
-            "restitution falls by 5.0 % at strike 50",
+            "restitution falls by 5.0 % at strike 50; an arm whose speed changes, or an object of another mass, shows the same",
         ),
         (
             "striker_angle_error",
@@ -114,7 +114,7 @@ fn fitted_values_are_stated_in_a_sentence() {
         (
             "restitution_drift",
             &[("rate", -0.1)],
-            "restitution falls by 10 % of its first value every 100 strikes",
+            "restitution falls by 10 % of its first value every 100 strikes; an arm whose speed changes, or an object of another mass, shows the same",
         ),
         (
             "friction_gradient",
