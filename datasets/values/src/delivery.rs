@@ -19,7 +19,8 @@ pub struct ArmScatter {
 }
 
 impl Strike {
-    /// Its delivered speed over the commanded one, as a logarithm, and its delivered angle beside the commanded one.
+    /// The delivered speed over the commanded one, as a logarithm, and the delivered angle (rad) beside the commanded one; none where delivery is not
+    /// known.
     fn beside_command(&self) -> Option<[f64; 2]> {
         let Delivered {
             tip_speed,
@@ -30,7 +31,8 @@ impl Strike {
         Some([speed, wrap_angle(tip_angle - self.command.angle)])
     }
 
-    /// The same of its path: a speed goes on by its square.
+    /// The speed that its path shows over the commanded one, as a logarithm (path length grows as speed squared), and the path's angle (rad) beside
+    /// the commanded one; none where it does not rest freely or its path is too short to show a direction.
     fn path_beside_command(&self) -> Option<[f64; 2]> {
         /// A shorter path, in m, has no direction to speak of.
         const LEAST: f64 = 0.02;

@@ -263,7 +263,7 @@ pub enum RejectReason {
     ClockBackwards,
     /// Numbers fit millimetres or degrees rather than metres and radians.
     UnitsImplausible,
-    /// The same strike was read from another log.
+    /// An equal strike was read from another log.
     Duplicate,
     /// The file ends or is damaged within the strike.
     Truncated,

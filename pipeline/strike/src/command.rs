@@ -61,12 +61,12 @@ impl CommandPlanner {
         })
     }
 
-    /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
+    /// This planner, its plans executable for `good_for` after they are made; 5 s unless given.
     pub fn good_for(self, good_for: Duration) -> Self {
         Self { good_for, ..self }
     }
 
-    /// The same, whose strikes are stamped by another clock of the day than this computer's.
+    /// This planner, its strikes stamped by `clock` in place of this computer's clock.
     pub fn by_clock(self, clock: fn() -> SystemTime) -> Self {
         Self { clock, ..self }
     }
@@ -89,8 +89,9 @@ impl CommandPlanner {
         self.plan_turned(from, command, farther, 0.0)
     }
 
-    /// The same for an object that is seen turned by `yaw` (rad) from the table's axes: a box is struck as it stands, and refused where
-    /// it is turned too far.
+    /// The strike, by this command, of an object at rest at `from` (m) that is seen turned by `yaw` (rad) from the table's axes, or why it is not
+    /// made. A box is struck as it stands, and refused where it is turned too far. The object must stay on the table even if it slides `farther`
+    /// times as far as it is foreseen to.
     pub fn plan_turned(
         &self,
         from: Point,

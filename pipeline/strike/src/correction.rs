@@ -16,7 +16,7 @@ const BEYOND: f64 = 0.1;
 /// strikes and at the trained region's edge it goes on smoothly, and a residual that adds more is not the one that was judged.
 const BEYOND_ADDED: f64 = 1.0;
 
-/// A residual in its world.
+/// A residual and the world that it adds to.
 pub(crate) enum Correction {
     /// The world in which the arm delivers what the map says.
     Launch(Box<Simulator>, LaunchMap),
@@ -25,7 +25,7 @@ pub(crate) enum Correction {
 }
 
 impl Correction {
-    /// None where the version's model adds nothing.
+    /// The correction of a version's model beside the world alone; none where the model adds nothing.
     pub(crate) fn in_world(alone: &Simulator, residual: Option<&ResidualModel>) -> Option<Self> {
         let same = alone.shifted(alone.shift());
         Some(match residual? {
@@ -39,7 +39,7 @@ impl Correction {
         })
     }
 
-    /// The same on a table that differs so.
+    /// This correction on a table that differs by `shift` from the world's own; networks do not change with it.
     pub(crate) fn shifted(&self, shift: Shift) -> Self {
         match self {
             Self::Launch(delivering, map) => {

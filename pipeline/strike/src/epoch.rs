@@ -17,12 +17,12 @@ pub struct Epoch {
 }
 
 impl Epoch {
-    /// As both stand now.
+    /// This computer's clock of the day and its monotonic clock as they stand now.
     pub fn now() -> Self {
         Self::by(SystemTime::now)
     }
 
-    /// The same by another clock of the day.
+    /// This computer's monotonic clock and `clock` as they stand now.
     pub(crate) fn by(clock: fn() -> SystemTime) -> Self {
         let reading = || {
             let before = Instant::now();
@@ -41,7 +41,7 @@ impl Epoch {
         quickest
     }
 
-    /// The same two clocks as they stand now.
+    /// This epoch's two clocks read again.
     pub(crate) fn anew(&self) -> Self {
         Self::by(self.clock)
     }

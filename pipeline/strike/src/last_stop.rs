@@ -37,7 +37,7 @@ pub struct Memory {
     stop: LastStop,
     /// When, in s since 1970, a strike was begun whose record was not written, or reported as lost, yet.
     begun: Option<u64>,
-    /// The same, as an earlier program left it.
+    /// When, in s since 1970, an earlier program began a strike and kept no record of it; none once a person was told.
     lost: Option<u64>,
     /// Where a strike that was not ended left the tip, or will have if this program is killed in it; none after one that was ended.
     left: Option<Height>,
@@ -49,7 +49,8 @@ pub fn memory_folder() -> Result<PathBuf, NoMemory> {
     folder_by(|name| env::var_os(name))
 }
 
-/// The same by these variables. A path that is not absolute would be another folder for each call.
+/// The folder of what is kept by arm, by these environment variables. Errors where neither is an absolute path: a relative one would be another
+/// folder for each call.
 fn folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Result<PathBuf, NoMemory> {
     let set = |name: &str| {
         variable(name)
@@ -119,7 +120,7 @@ impl Memory {
         self.left
     }
 
-    /// The same, from now on; it is kept with the next stop.
+    /// Sets where a strike that was not ended left the tip; written to the disk with the next stop.
     pub(crate) fn left_at(&mut self, left: Option<Height>) {
         self.left = left;
     }

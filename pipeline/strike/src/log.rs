@@ -89,7 +89,7 @@ impl OpenLog {
         self.write_with(samples, &[], topics)
     }
 
-    /// The same with the messages of live topics, in order of time, as they were received.
+    /// Writes one strike as [`write`](Self::write) does, with the messages of live topics as they were received, in order of time.
     pub fn write_with(
         self,
         samples: &Samples,

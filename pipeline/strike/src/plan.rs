@@ -172,7 +172,7 @@ impl Deref for Plan {
     }
 }
 
-/// The same strike, whenever it was planned.
+/// Plans are equal where they make the same strike, whenever they were made.
 impl PartialEq for Plan {
     fn eq(&self, other: &Self) -> bool {
         self.details == other.details
@@ -191,7 +191,7 @@ impl Plan {
         }
     }
 
-    /// The same by another clock of the day.
+    /// This plan, its strike stamped by `clock` in place of this computer's clock.
     pub(crate) fn by_clock(self, clock: fn() -> SystemTime) -> Self {
         let epoch = Epoch::by(clock);
         Self { epoch, ..self }

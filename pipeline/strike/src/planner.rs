@@ -57,7 +57,8 @@ impl Planner {
         Self::within(artifact, model, &artifact.rig)
     }
 
-    /// The same, within the limits of a robot's own rig file, which must pass [`crate::identity::check`].
+    /// The planner of one of the artifact's models, within the limits of a robot's own rig file, which must pass [`crate::identity::check`]. Errors
+    /// if the artifact does not hold the model, or its world does not compile.
     pub fn within(artifact: &Artifact, model: Model, rig: &Rig) -> Result<Self, PlannerError> {
         let version = &artifact.version;
         let (world, residual) = artifact
@@ -102,7 +103,7 @@ impl Planner {
         })
     }
 
-    /// The same in a session that the version knows. Errors where it does not.
+    /// This planner, for a session that the version knows. Errors where it does not know it.
     pub fn in_session(mut self, artifact: &Artifact, session: &str) -> Result<Self, PlannerError> {
         let effects = artifact.effect.as_ref();
         let known = effects.map_or_else(BTreeSet::new, |effect| effect.world.known_sessions());
@@ -159,8 +160,9 @@ impl Planner {
             })
     }
 
-    /// The same on the table that recent strikes show. `is_today` says that the last of them is of the session to plan in; else a new one
-    /// begins, and nothing is seen of it yet: no more than where every strike of it is bad.
+    /// This planner on the table as recent strikes show it. `is_today` says that the last of them is of the session to plan in; else a new session
+    /// begins. Until a strike of the session shows the table (none yet, or all of them bad), it is taken to be as identified, within what sessions
+    /// usually differ by.
     pub fn adapted(mut self, recent: &Recent, is_today: bool) -> Self {
         let mut recent = recent.clone();
         if !is_today {
@@ -181,12 +183,12 @@ impl Planner {
         self
     }
 
-    /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
+    /// This planner, its plans executable for `good_for` after they are made; 5 s unless given.
     pub fn good_for(self, good_for: Duration) -> Self {
         Self { good_for, ..self }
     }
 
-    /// The same, for so much longer.
+    /// This planner, its plans executable for `by` longer.
     pub fn good_for_longer(self, by: Duration) -> Self {
         let good_for = self.good_for + by;
         self.good_for(good_for)
@@ -250,8 +252,8 @@ impl Planner {
         self.plan_turned(from, to, 0.0)
     }
 
-    /// The same for an object that is seen turned by `yaw` (rad) from the table's axes: a box is struck as it stands, and refused where
-    /// it is turned too far.
+    /// The strike that brings an object at rest at `from`, seen turned by `yaw` (rad) from the table's axes, to rest at `to` (m), or why it is not
+    /// made. A box is struck as it stands, and refused where it is turned too far.
     pub fn plan_turned(&self, from: Point, to: Point, yaw: f64) -> Result<Plan, Refusal> {
         limits::turn(&self.rig, yaw)
             .and_then(|turn| self.try_plan(from, to, turn))

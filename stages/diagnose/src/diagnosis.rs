@@ -19,7 +19,7 @@ pub struct Diagnosis {
     /// residuals drawn from the fitted noise that show as much, everything that was looked at counted. Never below
     /// 1/(1 + `replicates`), but where the arm's logged state shows a gap: then what its own test says, in both probabilities.
     pub p_value: f64,
-    /// The same by flipping the signs of whole strikes' scores, which takes no model of noise on trust.
+    /// Probability of a gap like this one by chance, from flipping the signs of whole strikes' scores: it assumes no model of the noise.
     #[serde(default = "certain")]
     pub p_value_signs: f64,
     /// Residuals drawn.
@@ -65,7 +65,7 @@ pub struct SmoothMap {
     pub name: String,
     /// Root mean square stop error in m without effects, of strikes that each fit leaves out.
     pub before: f64,
-    /// The same with the map, of the same strikes.
+    /// Root mean square stop error in m with the map, of strikes that each fit leaves out.
     pub after: f64,
     /// Share of the squared stop error that it takes, 0 to 1.
     pub share: f64,
@@ -261,6 +261,6 @@ pub struct StopResidual {
     pub is_heldout: bool,
     /// Residual along and across the simulated path in the world as identified.
     pub before: [f64; 2],
-    /// The same with the effects named; as before where none is.
+    /// Residual along and across the simulated path in the world with the effects named; equal to `before` where none is.
     pub after: [f64; 2],
 }

@@ -58,12 +58,13 @@ impl Fitted {
         noise > prepared.thresholds.astray * prepared.rig.camera.noise
     }
 
-    /// The same of a round object: a box may tip on its way, in ways that no model holds.
+    /// Whether tracks of a round object differ from it by far more than the camera's stated noise. Never of a box, which may tip on its way as no
+    /// model describes.
     pub(crate) fn is_far_from_round(&self, prepared: &PreparedStrikes<'_>) -> bool {
         prepared.rig.object.shape() != Shape::Box && self.is_far_from(prepared)
     }
 
-    /// As some of the strikes see it.
+    /// This fit restricted to some of the strikes, its estimates unchanged.
     pub(crate) fn only(&self, places: &[usize]) -> Self {
         Self {
             model: self.model.clone(),
@@ -134,7 +135,7 @@ impl Fitted {
         (gained - from.promise()).abs() < f64::max(LOSS, REACH * from.promise())
     }
 
-    /// Of the model's values, with the priors, which keep what the data do not determine finite.
+    /// Covariance of the model's values with their priors, which keep what the data do not determine finite.
     pub(crate) fn covariance(&self) -> Option<DMatrix<f64>> {
         let mut information = self.estimated.information.clone();
         for (i, free) in self.model.free.iter().enumerate() {
@@ -143,8 +144,8 @@ impl Fitted {
         information.try_inverse()
     }
 
-    /// The same, each error no less than strikes differ by: the jackknife over strikes (Bell and McCaffrey 2002, "CR3"), which
-    /// takes neither the noise nor the form of an effect on trust.
+    /// Covariance of the model's values, each standard error at least that of the jackknife over strikes (Bell and McCaffrey 2002, "CR3"), which
+    /// assumes neither the noise nor the form of an effect.
     pub(crate) fn robust_covariance(&self) -> Option<DMatrix<f64>> {
         let covariance = self.covariance()?;
         let p = self.model.free.len();
@@ -242,7 +243,7 @@ impl PreparedStrikes<'_> {
         }))
     }
 
-    /// The same of a model that has moved, by the derivatives from where it was: one slide a strike.
+    /// A model at moved values with the step that a fit would take from there, by the derivatives of `from`: one simulation for each strike.
     fn moves(
         &self,
         model: Model,
@@ -295,13 +296,13 @@ impl PreparedStrikes<'_> {
         self.fit(model, components, &from.nuisances, goal)
     }
 
-    /// The same, its derivatives taken anew.
+    /// A fitted model linearised again at its present values.
     fn anew(&self, fitted: &Fitted) -> Result<Option<Fitted>, WorldError> {
         let (model, nuisances) = (fitted.model.clone(), fitted.nuisances.clone());
         self.stands(model, nuisances, &fitted.estimated.components, 0.0)
     }
 
-    /// So many good steps at the most.
+    /// Takes at most `iterations` accepted Gauss–Newton steps.
     fn proceed(
         &self,
         mut best: Fitted,
@@ -457,7 +458,7 @@ fn step(from: &Fitted, place: usize) -> f64 {
     step.clamp(-longest, longest)
 }
 
-/// The same for each strike's own speed, angle and friction.
+/// Limits the change of each strike's own speed, angle and friction to [`LONGEST`].
 fn shorten(nuisances: &mut [Nuisances], from: &[Nuisances]) {
     for (to, from) in nuisances.iter_mut().zip(from) {
         for place in mixed::ESTIMATED {

@@ -44,7 +44,7 @@ pub(crate) fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-/// The same with no error longer than this, in m, so that a few strikes that went astray hardly move it.
+/// Root mean square, in m, with each error shortened to `longest` (m), so that a few strikes that went astray hardly move it.
 pub(crate) fn clipped_rms(residuals: impl Iterator<Item = Point>, longest: f64) -> f64 {
     rms(residuals.map(|r| r * (longest / r.norm().max(longest))))
 }

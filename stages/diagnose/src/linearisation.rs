@@ -38,7 +38,7 @@ pub(crate) struct Linearised {
     pub(crate) residual: DVector<f64>,
 }
 
-/// The same with independent errors: see [`Whitening`].
+/// One strike about a model, scaled so that its errors are independent: see [`Whitening`].
 #[derive(Clone, Debug)]
 pub(crate) struct Whitened {
     derivatives: Arc<Derivatives>,

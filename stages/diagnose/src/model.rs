@@ -172,8 +172,8 @@ impl Model {
             .sum()
     }
 
-    /// The same with one effect more. A law of restitution needs one: below nothing, an object would leave slower than the tip that struck it,
-    /// and the law would stand for what the arm delivers.
+    /// This model with one more effect. With a law of restitution, restitution may not be negative: an object would leave slower than the tip that
+    /// struck it, and the law would stand for what the arm delivers.
     pub(crate) fn with(&self, part: Part) -> Self {
         let mut model = self.clone();
         let place = model.parts.len();
@@ -209,7 +209,7 @@ impl Model {
         model
     }
 
-    /// The same without one of its effects.
+    /// This model without the effect at `place`, the others at their present values.
     pub(crate) fn without(&self, place: usize) -> Self {
         let mut model = Self {
             parts: Vec::new(),

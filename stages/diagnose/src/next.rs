@@ -311,7 +311,7 @@ impl<'r> Contrast<'r> {
         chosen.iter().fold(nothing, |sum, i| self.and(&sum, *i))
     }
 
-    /// The same with one more.
+    /// What a set says with strike `i` added.
     fn and(&self, set: &SetInformation, i: usize) -> SetInformation {
         let mut more = set.clone();
         if let Some(strike) = &self.by_strike[i] {

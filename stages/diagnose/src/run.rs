@@ -396,7 +396,7 @@ impl<'a> Paying<'a> {
     }
 }
 
-/// The same, fitted with launches about its own impacts.
+/// The selection fitted again with launches about the impacts that its own model predicts.
 fn about_itself<'a>(
     mut selection: Selection<'a>,
     world: &World,

@@ -109,7 +109,7 @@ pub(crate) fn screen(
     }
 }
 
-/// The same by a test that is there, with its replicates.
+/// Screens all candidates that the model does not hold, by a score test that is already built, with its replicates.
 pub(crate) fn screen_by(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,

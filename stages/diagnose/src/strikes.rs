@@ -97,14 +97,14 @@ impl<'a> PreparedStrikes<'a> {
         }
     }
 
-    /// The same strikes under other noise.
+    /// These strikes, their frames whitened anew for this camera noise.
     pub(crate) fn with_noise(mut self, noise: FrameNoise) -> Self {
         self.whitenings = whitenings(&self.frames, noise);
         self.noise = noise;
         self
     }
 
-    /// The same with other frames left out, and other speeds (m/s) at them.
+    /// These strikes with `frames` (frames kept, and speeds at them in m/s) in place of their own, whitened anew.
     pub(crate) fn with_frames(mut self, frames: Vec<noise::Frames>) -> Self {
         self.whitenings = whitenings(&frames, self.noise);
         self.frames = frames;
@@ -134,8 +134,8 @@ impl<'a> PreparedStrikes<'a> {
         each.filter(|kept| !**kept).count()
     }
 
-    /// The same strikes, their launches taken around the impacts of a fitted model: far from a launch's own impact its parabola
-    /// leaves MuJoCo. As it stands where an object would not leave the tip.
+    /// These strikes, each launch's parabola set around the impact that a fitted model predicts: far from its own impact a launch departs from
+    /// MuJoCo. Launches are unchanged where some object would not leave the tip.
     pub(crate) fn about(&self, world: &World, model: &Model) -> Result<Self, WorldError> {
         let effects = model.effects(self.rig, &model.values)?;
         let impacts: Vec<Impact> = self
@@ -196,7 +196,7 @@ impl<'a> PreparedStrikes<'a> {
         )
     }
 
-    /// The same with how it answers to small changes, in steps no longer than `longest` (m).
+    /// One strike's simulated frames with their derivatives, integrated in steps no longer than `longest` (m); `None` where it does not come to rest.
     pub(crate) fn response(
         &self,
         planar: &Planar<'_>,

@@ -53,9 +53,9 @@ pub struct TouchDelay {
 pub struct Meeting {
     /// Place of the tip's centre, in m.
     pub tip: Point,
-    /// Its velocity, in m/s.
+    /// The tip's measured velocity, in m/s.
     pub velocity: Point,
-    /// The same by its places right before; none where these do not tell.
+    /// The tip's velocity, in m/s, from its places right before; none where it moved too little in them to tell.
     pub moved: Option<Point>,
     /// Place of the object's centre, in m.
     pub object: Point,

@@ -425,7 +425,7 @@ mod tests {
         found_and_carried(tip, x).0
     }
 
-    /// The same, and how many motions were taken for a hand's carrying.
+    /// What is found in one motion along x at 60 Hz (see `found`), and how many motions were taken for a hand carrying the object.
     fn found_and_carried(tip: f64, x: impl Fn(f64) -> f64) -> (Vec<Strike>, u64) {
         let rig = Rig::demo(Shape::Cylinder);
         let mut pushes = Pushes::new(&rig);

@@ -35,7 +35,7 @@ impl Model {
         }
     }
 
-    /// The same model, if it had never seen a session.
+    /// This model as if it had never seen a session: effects by session take their mean over the other sessions there.
     pub(crate) fn without_session(&self, session: &str) -> Self {
         Self {
             world: self.world.clone().without_session(session),

@@ -55,7 +55,7 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
-    /// The same fit, counting the simulations of those before it.
+    /// This fit, with the number of simulations of earlier fits added to its own.
     pub(crate) fn after(mut self, simulations: u64) -> Self {
         self.simulations += simulations;
         self

@@ -71,9 +71,9 @@ pub struct Fit {
     pub freed: Vec<String>,
     /// Strikes used.
     pub strikes: usize,
-    /// Root of the mean squared track residual in m: before, at the nominal world.
+    /// Root of the mean squared track residual in m: before, in the nominal world.
     pub rms_before: f64,
-    /// The same after.
+    /// Root of the mean squared track residual in m: after, in the fitted world.
     pub rms_after: f64,
     /// Gauss–Newton iterations in MuJoCo; those in planar form, before, are not counted.
     pub iterations: u32,

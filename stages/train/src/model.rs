@@ -80,7 +80,8 @@ impl Model {
         })
     }
 
-    /// The same function with SI inputs and outputs and without batch norm, as plain weights.
+    /// This network with batch norm and both scalings folded into plain weights: it takes and gives SI units. Errors where the weights make no valid
+    /// network.
     pub(crate) fn fold(
         &self,
         inputs: &Scaling<4>,

@@ -48,7 +48,7 @@ impl Emulator {
         Self::serve(listening, State::new(model, fault), ports, serve)
     }
 
-    /// The same of a Universal Robots arm: two ports of scripts, RTDE, and the dashboard.
+    /// Starts one of a Universal Robots arm, with two ports of scripts, RTDE and the dashboard; the fault is made once, at its step.
     pub fn start_ur(
         listening: Listening,
         model: Model,
@@ -98,7 +98,7 @@ impl Emulator {
         })
     }
 
-    /// The same with a table before the arm and a camera that publishes what it sees of it, at its rate in Hz.
+    /// This emulator with a table before the arm, and a camera that publishes what it sees of the table, at its rate in Hz.
     pub fn with_table(self, table: Table, (camera, rate): (Topic, f64)) -> Self {
         let shared = self.shared.clone();
         shared.lock().table = Some(table);

@@ -130,7 +130,8 @@ impl Live {
         Ok(rest)
     }
 
-    /// The same, once it does rest, within a time. `is_over` ends the waiting too, as from a signal's handler.
+    /// Waits until the object rests on the table, for `patience` at the most, and gives where. `is_over` ends the waiting too, as from a signal's
+    /// handler. Errors with what is seen in place of rest.
     pub fn wait_for_rest(
         &self,
         patience: Duration,

@@ -56,13 +56,13 @@ impl VarianceComponents {
         components
     }
 
-    /// The same under other noise of frames.
+    /// These components, the scatter of resting places set for this camera noise.
     pub(crate) fn under(mut self, noise: FrameNoise) -> Self {
         self.set_resting(noise);
         self
     }
 
-    /// The same with another bound of the wander.
+    /// These components with this upper bound on the standard deviation of the wander (relative).
     pub(crate) fn with_greatest_wander(mut self, greatest_wander: f64) -> Self {
         self.greatest_wander = greatest_wander;
         self

@@ -20,7 +20,7 @@ pub(crate) struct Estimated {
     pub(crate) components: VarianceComponents,
     /// Logarithm of the marginal likelihood at no change.
     pub(crate) likelihood_here: f64,
-    /// The same at β, if all is as linear as its columns.
+    /// Logarithm of the marginal likelihood after the change β, if tracks are linear in it.
     pub(crate) likelihood_there: f64,
     /// Each strike's nuisances, its share of the wander in its friction.
     pub(crate) nuisances: Vec<SVector<f64, NUISANCES>>,
@@ -43,7 +43,8 @@ pub(crate) fn estimate(
     estimate_within(strikes, prior, start, ITERATIONS)
 }
 
-/// The same, with so many iterations at the most.
+/// β, the variance components and each strike's nuisances, after at most `iterations` of expectation and maximisation. `None` where β is not
+/// determined.
 pub(crate) fn estimate_within(
     strikes: &[Products],
     prior: &Prior,

@@ -59,7 +59,7 @@ pub(crate) enum Form {
     Wear,
     Cycle,
     Sessions,
-    /// The same wear in each, from the same level.
+    /// In each session the same wear, from the same level.
     WearInSessions,
     /// Sessions of their own levels, in each of which it changes by as much: a drift beside them does the same.
     DriftAndSessions,

@@ -277,8 +277,8 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         self.scores_by(moved, &products[0])
     }
 
-    /// The same of many sets of columns, each with its count, by drawn residuals too: these, which fill the processor's caches, are then gone
-    /// through once for all.
+    /// Scores of many sets of columns, each with its number of columns, by measured, flipped and drawn residuals. The drawn ones, which fill the
+    /// processor's caches, are passed over once for all sets.
     pub(crate) fn scores_of_each(&self, sets: &[(usize, &StrikeColumns)]) -> Vec<ColumnScores> {
         let width = self.scores.nrows() + self.scores.ncols();
         let products = StrikeProducts::sums(&self.strikes, sets, width);

@@ -212,7 +212,8 @@ fn in_place_of_its_kind(
     }))
 }
 
-/// The same with another model; as it was where that cannot be fitted under its own noise.
+/// The selection with `fitted` as its model, noise re-estimated and idle effects dropped; unchanged where that model cannot be fitted under its own
+/// noise.
 fn with_fitted<'a>(
     selection: Selection<'a>,
     fitted: &Fitted,

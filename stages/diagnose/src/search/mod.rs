@@ -34,7 +34,7 @@ impl Selection<'_> {
         self.effects.iter().map(|effect| effect.name).collect()
     }
 
-    /// The same strikes with another model, of whose effects nothing is known yet.
+    /// This selection with `fitted` as its model; its effects are not assessed yet.
     fn holding(self, fitted: Fitted) -> Self {
         Self {
             fitted,

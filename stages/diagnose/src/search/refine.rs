@@ -21,7 +21,7 @@ use crate::{
     smooth::covariate::{Covariate, family},
 };
 
-/// The same without one of its effects; of the others, the evidence alone is known ([`with_rivals`]).
+/// The selection refitted without the effect at `place`; of the others, only the evidence is computed ([`with_rivals`] finds their rivals).
 pub(crate) fn without<'a>(
     mut selection: Selection<'a>,
     place: usize,
@@ -39,8 +39,8 @@ pub(crate) fn without<'a>(
     Ok(selection)
 }
 
-/// The same without the first effect of friction by the order of strikes that a wander holds as well: a drift is a wander that goes one way. It
-/// was found beside a small wander, for one without bound holds every drift. `None` where there is none.
+/// The selection without its first effect of friction by strike order that a random walk of friction, allowed up to [`GREATEST`], explains nearly as
+/// well. The effect was found beside a narrowly bounded walk, because an unbounded one explains any drift. `None` where there is no such effect.
 pub(crate) fn with_wander<'a>(
     selection: &Selection<'a>,
     chance: &Chance,
@@ -110,7 +110,7 @@ pub(crate) fn least_that_moves_little(
     Ok(least.map(|(place, _)| place))
 }
 
-/// The same without the effects that bring nothing beside the others; of these, the evidence alone is known.
+/// The selection without the effects whose evidence beside the others is negative; of those kept, only the evidence is computed.
 pub(super) fn standing<'a>(
     mut selection: Selection<'a>,
     chance: &Chance,
@@ -140,7 +140,8 @@ fn alone(selection: &Selection<'_>, chance: &Chance) -> Result<Vec<SelectedEffec
 /// Values of a model beside which few rivals are asked: each costs as much as all.
 pub(super) const MANY: usize = 40;
 
-/// The same, and who could stand in the place of each effect: of a model of many values, what does nearly the same as one of its few.
+/// The selection with the rivals of each effect: candidates that fit nearly as well in its place. In a model of more than [`MANY`] values, only
+/// candidates alike to an effect are tried, and none for a field.
 pub(crate) fn with_rivals<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],

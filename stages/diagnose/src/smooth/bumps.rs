@@ -268,7 +268,7 @@ impl Builder<'_, '_, '_> {
         })
     }
 
-    /// The same over a plane, along each side of which bumps stand.
+    /// Launches by bumps on a grid over the plane of `of`, [`PLANE`] along each side.
     fn on_plane(&self, of: &dyn Fn(&Strike) -> Point) -> Bumps {
         let at: Vec<Point> = self.prepared.strikes.iter().map(|s| of(s)).collect();
         let across = line(at.iter().map(|at| at.x), PLANE);

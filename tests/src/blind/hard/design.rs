@@ -134,7 +134,7 @@ fn stays(truth: &Truth, strike: &PlannedStrike) -> bool {
     })
 }
 
-/// The same start, put down anew.
+/// A planned strike whose object is put down anew at its start, up to [`PUT_DOWN`] (m) off along x and y.
 fn put_down(at: &PlannedStrike, random: &mut ChaCha8Rng) -> PlannedStrike {
     PlannedStrike {
         x0: at.x0 + uniform(random, -PUT_DOWN, PUT_DOWN),

@@ -83,9 +83,10 @@ pub(super) struct OnLine {
     sent: Instant,
     /// The report before the one to be judged.
     before: Option<Sample>,
-    /// By how much, in s, the line began after it was sent, as the quickest report shows.
+    /// By how much, in s, the line began after it was sent, as the tip's place in the quickest report shows; none before one does.
     began: Option<f64>,
-    /// The same of where the controller wants the tip, where its reports say that.
+    /// By how much, in s, the line began after it was sent, as the controller's wanted places of the tip show; none where its reports do not hold
+    /// them.
     wanted: Option<f64>,
     was_reached: bool,
     at_end: u32,

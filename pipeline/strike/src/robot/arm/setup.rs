@@ -166,7 +166,7 @@ impl Setup {
         self.at(point, self.strike_height)
     }
 
-    /// The same at travel height.
+    /// A point of the table (m) at travel height, in the arm's frame.
     pub(super) fn high(&self, point: Point) -> Pose {
         self.at(point, self.travel_height)
     }
@@ -250,13 +250,13 @@ impl Setup {
         })
     }
 
-    /// Of a place of the tip's centre in the arm's frame (m).
+    /// The height (m) of a place of the tip's centre (arm's frame, m), above the table and along the arm's z.
     pub(super) fn height(&self, [_, _, z]: [f64; 3]) -> Height {
         let above = z + self.height;
         Height { above, z }
     }
 
-    /// The same where a strike is made.
+    /// The height (m) at which the tip strikes, above the table and along the arm's z.
     pub(super) fn low_height(&self) -> Height {
         Height {
             above: self.strike_height,

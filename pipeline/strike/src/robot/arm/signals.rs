@@ -81,8 +81,8 @@ pub fn tell(what: &str) {
     let _ = told(what, |waited| waited > Duration::from_secs(1));
 }
 
-/// The same; what is held back is waited for until that is given up, after a time. Errors where nothing can be written there, or where what
-/// is written is thrown away, as by a program that was started with standard error closed.
+/// Tells a person something on standard error. While nobody takes it, it waits until `gives_up`, asked with the time waited so far, says to stop.
+/// Errors where nothing can be written there, or where what is written is thrown away, as by a program that was started with standard error closed.
 pub fn told(what: &str, gives_up: impl Fn(Duration) -> bool) -> io::Result<()> {
     let line = format!("{what}\n");
     beside(move || write(&line), gives_up).unwrap_or_else(|| {

@@ -107,7 +107,8 @@ impl Control {
         self.request(Register::MoveLine, &payload, self.patience)
     }
 
-    /// The same, only checked: gives the controller's error code, 0 where it can move it. `kind` says from where.
+    /// Asks whether the arm can move along a straight line to a pose (mm, rad) at a speed (mm/s) and acceleration (mm/s²), without moving it: 0 where
+    /// it can, else the controller's error code. `kind` says where the line begins (`only_check_type` of the maker's SDK).
     pub(super) fn check_line(
         &mut self,
         pose: [f64; 6],
