@@ -30,7 +30,7 @@ pub(crate) struct PreparedStrikes<'a> {
     pub(crate) launches: Vec<Launch>,
     base: Base,
     gyration: f64,
-    /// ρ and κ.
+    /// Correlation ρ and jitter κ of the camera's noise.
     pub(crate) noise: FrameNoise,
     /// Each strike's frames.
     pub(crate) frames: Vec<noise::Frames>,
@@ -40,7 +40,7 @@ pub(crate) struct PreparedStrikes<'a> {
     pub(crate) paths: Vec<Path>,
 }
 
-/// A launch that is slower than this share of another is none.
+/// Share of another strike's launch speed below which an object does not count as launched.
 const SLOWEST: f64 = 1e-3;
 
 /// A strike's nuisances, as planar form takes them.
@@ -111,7 +111,7 @@ impl<'a> PreparedStrikes<'a> {
         self
     }
 
-    /// Some of the strikes.
+    /// These strikes restricted to the ones at `places`.
     pub(crate) fn only(&self, places: &[usize]) -> Self {
         Self {
             strikes: places.iter().map(|i| self.strikes[*i]).collect(),
@@ -214,7 +214,7 @@ impl<'a> PreparedStrikes<'a> {
         )
     }
 
-    /// Change of its frames in another world.
+    /// Change of a strike's frames in another world.
     pub(crate) fn answer_of(
         &self,
         response: &Response<'_>,

@@ -33,13 +33,13 @@ pub(super) struct Pair<'a> {
 pub(super) struct Form {
     pub(super) name: &'static str,
     pub(super) free: Vec<String>,
-    /// What is given.
+    /// Parameters that are fixed, and their values.
     pub(super) fixed: Vec<(String, f64)>,
     pub(super) starts: Vec<Vec<f64>>,
 }
 
 impl<'a> Pair<'a> {
-    /// Those of the strikes whose delivered launch is known.
+    /// A pair for each of these strikes whose delivered launch is known.
     pub(super) fn all(strikes: &[&'a Strike]) -> Vec<Self> {
         let each = strikes
             .iter()

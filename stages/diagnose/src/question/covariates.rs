@@ -21,7 +21,7 @@ const WAVES: usize = 10;
 /// Ripples over a command: periods of which its range holds so many at the most, and steps of that number.
 const RIPPLES: f64 = 20.0;
 const STEP: f64 = 0.5;
-/// Values that differ, of each period.
+/// Least number of distinct values in each period.
 const A_PERIOD: f64 = 4.0;
 
 /// A cosine and a sine.
@@ -49,7 +49,7 @@ pub(super) struct Covariates {
     speed: Option<DVector<f64>>,
     angle: Option<DVector<f64>>,
     start: [Option<DVector<f64>>; 2],
-    /// Of the start, seen from the arm's base: in rad, in m.
+    /// Bearing (rad) and distance (m) of the start from the arm's base.
     bearing: DVector<f64>,
     reach: DVector<f64>,
     pause: Option<DVector<f64>>,
@@ -305,7 +305,7 @@ fn last(
     all.into_iter().flatten().collect()
 }
 
-/// To mean 0 and standard deviation 1; none where it is less than `least`.
+/// Values scaled to mean 0 and standard deviation 1; none where their standard deviation is less than `least`.
 fn scaled(values: DVector<f64>, least: f64) -> Option<DVector<f64>> {
     let (mean, deviation) = (values.mean(), deviation(&values));
     (deviation > least.max(1e-12)).then(|| values.map(|v| (v - mean) / deviation))
