@@ -10,7 +10,7 @@ use super::{
     Origin, Parameters, parameters::centre, wording,
 };
 
-/// However much of its speed an arm loses, this share is left.
+/// Least share of its speed that an arm delivers.
 const LEAST_FACTOR: f64 = 0.05;
 /// Starts vary along an axis where their standard deviation is beyond so many of the camera's, and beyond how well objects are put down by
 /// hand (m): what is seen of a start errs as what is seen of its way does.
@@ -34,7 +34,7 @@ const fn value(name: &'static str, unit: &'static str, most: f64, scale: f64) ->
     }
 }
 
-/// Of the wave, in rad from crest to crest.
+/// Period of the wave over the bearing, in rad from crest to crest.
 const PERIOD: EffectParameter =
     EffectParameter::new("angle_period", "rad", [0.02, 6.3], 0.2).neutral_at(1.0);
 /// Periods at which a wave is tried, in widths of the bearings that were struck at: a longer one bends no more than the arc does.
