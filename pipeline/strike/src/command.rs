@@ -11,7 +11,7 @@ use crate::limits::{self, BrokenLimit};
 use crate::plan::{Details, GOOD_FOR};
 use crate::{Plan, PlannerError, Reason, Refusal, clearance, motion};
 
-/// The version's name in plans that no version made.
+/// The name that stands for the version in plans that no version made.
 const NO_VERSION: &str = "none";
 
 /// Plans strikes by their command, in a world that predicts where the object stops.
@@ -25,13 +25,12 @@ pub struct CommandPlanner {
 }
 
 impl CommandPlanner {
-    /// By the world before anything is measured.
+    /// Plans in the nominal world, before anything is measured.
     pub fn nominal(rig: &Rig) -> Result<Self, PlannerError> {
         Self::in_world(NO_VERSION, Model::Nominal, rig, &World::nominal(rig))
     }
 
-    /// By the world of a version's best model, within the limits of a robot's own rig file, which must pass
-    /// [`crate::identity::check`].
+    /// Plans in the world of a version's best model, within the limits of a robot's own rig file, which must pass [`crate::identity::check`].
     pub fn published(artifact: &Artifact, rig: &Rig) -> Result<Self, PlannerError> {
         let best = artifact.manifest.provenance.default_model;
         // The world predicts the stop; a residual corrects commands for targets.

@@ -14,13 +14,13 @@ use crate::plan::{Adapted, Details, GOOD_FOR};
 use crate::recent::{Acting, Recent};
 use crate::{Plan, PlannerError, Reason, Refusal, clearance, motion};
 
-/// How a start is named that was chosen here.
+/// The name, in refusals, of a start that was chosen here.
 const CHOSEN_START: &str = "the start in the middle of the trained paths (no --from was given)";
 
-/// How many times the 95th percentile of what the world alone missed by on held-out strikes the residual may move a stop: one in
-/// twenty strikes needs more than once that, and none of a thousand draws from a normal distribution twice.
+/// Greatest move of a stop by the residual, in units of the 95th percentile of the world's own misses on held-out strikes: one in twenty strikes
+/// needs more than once that, and none of a thousand draws from a normal distribution twice.
 const MOST_SHIFT: f64 = 2.0;
-/// Share of the path by which the residual may move a stop where nobody measured what the world alone misses by.
+/// Greatest share of the path by which the residual may move a stop where nobody measured what the world alone misses by.
 const UNKNOWN_SHIFT: f64 = 0.1;
 
 /// Root mean square over mean of the distance from the middle of a round normal distribution, √(4/π).
@@ -33,19 +33,19 @@ pub struct Planner {
     rig: Arc<Rig>,
     simulator: Simulator,
     residual: Option<Correction>,
-    /// The model on tables that differ a little.
+    /// The model on its table and on tables a step beside it, for derivatives by the table's shift.
     beside: Observer,
     table: Filter,
-    /// Whether strikes of the session that is planned in show it.
+    /// Whether strikes of the session that is planned for have shown the table.
     is_seen: bool,
-    /// What the residual's training explains.
+    /// The extent of what the residual's training explains; none where the version does not state it.
     explained: Option<TrainingExtent>,
     region: TrainedRegion,
-    /// Of the model on held-out strikes.
+    /// Stop errors of the model on held-out strikes.
     metrics: Option<StopErrors>,
-    /// Of the same world without the residual on held-out strikes; none for a model without one.
+    /// Stop errors of the world without the residual on held-out strikes; none for a model without one.
     unaided: Option<StopErrors>,
-    /// What it plans in: a session that is not known, after all strikes that the version knows.
+    /// The conditions that it plans for: a session that is not known, after all strikes that the version knows.
     conditions: Conditions,
     good_for: Duration,
 }
@@ -119,7 +119,7 @@ impl Planner {
         Ok(self)
     }
 
-    /// Before any recent strike, for [`Planner::follow`].
+    /// The table before any recent strike, to be passed to [`Planner::follow`].
     pub fn recent(&self) -> Recent {
         Recent::new(self.table.varies())
     }
@@ -199,7 +199,7 @@ impl Planner {
         &self.rig
     }
 
-    /// Where an object lies whose path to `to` (m) is as near to the middle of the trained paths as trained starts allow, to a tenth of a
+    /// The start of an object whose path to `to` (m) is as near to the middle of the trained paths as trained starts allow, to a tenth of a
     /// millimetre: for a try without a camera. Refuses a target that no start would mend.
     pub fn usual_start(&self, to: Point) -> Result<Point, Refusal> {
         /// Parts of the ranges of trained lengths and bearings that are tried, from their middles on.
@@ -305,7 +305,7 @@ impl Planner {
         Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
     }
 
-    /// How far (m) the residual may move the simulated stop from the target: it makes good what the world alone misses by, on the
+    /// Greatest distance (m) that the residual may move the simulated stop from the target: it makes good what the world alone misses by, on the
     /// strikes that it learnt from or, where the version does not state it, on held-out ones.
     fn farthest_shift(&self, path: Point) -> f64 {
         if let Some(explained) = self.explained {
@@ -329,7 +329,7 @@ impl Planner {
         }
     }
 
-    /// On how many strikes the expected miss stands: those that show how strikes scatter beside the model, of a residual those that it
+    /// Number of strikes that the expected miss was estimated from: those that show how strikes scatter beside the model, of a residual those that it
     /// learnt from; else those held out.
     fn expected_miss_strikes(&self) -> Option<usize> {
         let shown = self.table.varies().strikes;

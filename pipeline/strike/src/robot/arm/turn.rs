@@ -61,7 +61,7 @@ impl Turn {
         ]
     }
 
-    /// Whether it is of numbers.
+    /// Whether every number is finite.
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|part| part.is_finite())
     }
