@@ -5,7 +5,7 @@ use values::{CommandFrame, Point, Rig};
 
 use crate::arm::State;
 
-/// How messages are read.
+/// Transformations of a log's messages into the table's frame and the arm's clock.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogFrames {
     /// Nanoseconds by which the camera's stamps lie behind the arm's.
@@ -37,7 +37,7 @@ impl LogFrames {
         }
     }
 
-    /// Of the camera: how the object is turned.
+    /// A yaw (rad) seen by the camera, in the table's frame.
     pub(crate) fn yaw(&self, yaw: f64) -> f64 {
         if self.mirrored { -yaw } else { yaw }
     }
