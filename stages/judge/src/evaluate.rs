@@ -22,13 +22,13 @@ pub struct Prediction {
     pub model: String,
     /// The strike.
     pub strike_id: String,
-    /// Predicted stop, in m.
+    /// Predicted stop, in m; none where the model predicts none.
     pub stop: Option<Point>,
     /// Distance from the measured stop, in m.
     pub error: Option<f64>,
-    /// Simulations used.
+    /// Number of simulations used.
     pub evaluations: u32,
-    /// How it ended.
+    /// How the prediction ended.
     pub status: PredictionStatus,
 }
 
@@ -52,7 +52,7 @@ pub struct Evaluation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NewSessions {
-    /// Sessions that the strikes are of.
+    /// Number of sessions that the strikes are of.
     pub sessions: usize,
     /// Stop errors, by model. A model that predicts no strike is missing.
     pub models: BTreeMap<String, StopErrors>,
@@ -168,7 +168,7 @@ fn sessions(strikes: &[HeldOut]) -> BTreeSet<&str> {
         .collect()
 }
 
-/// The stop error that repeats leave on these strikes.
+/// The stop errors that repeats of these strikes would show with a perfect model.
 fn noise_floor(
     run: &Run,
     model: &Model,

@@ -12,14 +12,14 @@ pub struct Model {
     pub rig: Rig,
     /// The world.
     pub world: World,
-    /// What it adds to the world's solution; none for a world alone.
+    /// What is added to the world's solution; none for a world alone.
     pub residual: Option<ResidualModel>,
 }
 
 /// A model with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// Such as `sysid_residual`.
+    /// Name of the model, such as `sysid_residual`.
     pub name: String,
     /// The model.
     pub model: Model,
