@@ -186,7 +186,7 @@ pub enum Finding {
         strikes: usize,
         correlation: f64,
     },
-    /// So many objects in a row, from this strike on (1 is the log's first), leave as the command so many places after their own says.
+    /// From strike `first` on (1 is the log's first), `others` objects in a row leave as the command `by` places after their own says.
     OtherCommands {
         log: String,
         by: isize,

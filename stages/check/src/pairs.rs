@@ -49,7 +49,8 @@ impl Pair {
 
 #[cfg(test)]
 impl Pair {
-    /// Of strikes every 6 s the one with this number, commanded so (m/s, rad), whose object leaves `lag` s later with this velocity.
+    /// For tests, the strike of this number in a row of strikes every 6 s, commanded so (m/s, rad), whose object leaves `lag` s later with this
+    /// velocity.
     pub(crate) fn made(
         number: usize,
         [speed, angle]: [f64; 2],

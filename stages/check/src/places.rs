@@ -107,7 +107,8 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
 /// The finding that radii are so wrong that no touch is seen as one, where touches alone tell of strikes. A camera that lies behind sees the object
 /// where it was as the tip has gone on: both are nearer by this the faster the tip is.
 pub(crate) fn reach(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Finding> {
-    /// Error of the radii, in m, with which touches can still be seen, the standard errors that decide, and the least number of strikes for a line.
+    /// Error of the radii, in m, with which touches can still be seen; the standard errors that a greater one must have; and the least number of
+    /// touches for a line.
     const OFF: f64 = 0.015;
     const ERRORS: f64 = 6.0;
     const HITS: usize = 12;

@@ -95,14 +95,14 @@ pub(crate) struct Segmenter<'a> {
     pushes: Pushes,
     /// Frames before the flight that comes next; none after a pause.
     before: Vec<Sample>,
-    /// Of a log without commands: strikes by the tip's touch, and motions of the arm at whose time the object began to move. If the tip is
-    /// where its state says, the former are the strikes, and the latter are what a hand did meanwhile.
+    /// In a log without commands: strikes by the tip's touch, and motions of the arm at whose time the object began to move. If the tip is where its
+    /// state says, the former are the strikes, and the latter are what a hand did meanwhile.
     touched: ByState,
     untouched: ByState,
     is_touched: bool,
     /// Flights that the tip began, until it is known how far in time the camera lies behind the tip.
     flights: Vec<TouchedFlight>,
-    /// Of a log with commands: commands at which the object moved before, and touches of an object that moved.
+    /// In a log with commands: commands at which the object moved before, and touches of an object that moved.
     restless: Vec<(Episode, Reject)>,
     moved: Vec<(TouchedStrike, Touch, Vec<Sample>)>,
     reordered: ReorderBuffers,

@@ -81,7 +81,7 @@ impl TouchedFlight {
     /// Delay of the camera behind the tip's measured place. Of an object that moved the place of the impact is known as well, a little worse; a tip
     /// that hardly came nearer then tells no time.
     pub(crate) fn delay(&self, rig: &Rig) -> Option<TouchDelay> {
-        /// In m/s.
+        /// Least speed of the tip towards the object, in m/s.
         const NEARS: f64 = 0.2;
         let place = rested(&self.before, rig.camera.noise).unwrap_or(self.begun.bounce.place);
         let delay = touch_delay(&self.touch.states, place, (self.begun.stamp, 0.0), rig)?;

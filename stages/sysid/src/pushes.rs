@@ -117,7 +117,7 @@ mod tests {
         braking.into_iter().map(slide).collect()
     }
 
-    /// How many teach beside strikes, and what is said.
+    /// Number of slides that are kept beside these strikes, and what is said of the others.
     fn taught(struck: &[Strike], pushes: Vec<Strike>) -> (usize, String) {
         let found = teaching(&struck.iter().collect::<Vec<_>>(), pushes);
         (found.slides.len(), found.warning.unwrap_or_default())

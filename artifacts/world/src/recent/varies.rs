@@ -254,8 +254,8 @@ impl Varies {
         })
     }
 
-    /// These statistics after the model's own values were moved to where strikes since a change have them, with the covariance `certainty` of the
-    /// move.
+    /// These statistics after the model's own values were moved to where strikes since a change have them; `certainty`: covariance of the moved
+    /// values.
     pub fn moved(&self, certainty: [[f64; 3]; 3]) -> Self {
         Self {
             certainty,

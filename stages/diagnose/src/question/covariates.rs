@@ -30,7 +30,7 @@ pub(super) type Wave = [DVector<f64>; 2];
 /// What came before a strike.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Before {
-    /// How long no strike was made, in s.
+    /// Time, in s, in which no strike was made.
     pub(crate) pause: f64,
     /// The command of the strike before in the same log, where there is one.
     pub(crate) command: Option<Command>,
@@ -245,7 +245,7 @@ fn sorted(values: &DVector<f64>) -> Vec<f64> {
     sorted
 }
 
-/// How many sorted values differ.
+/// Number of distinct values among sorted ones.
 fn distinct(sorted: &[f64]) -> usize {
     sorted.windows(2).filter(|pair| pair[1] > pair[0]).count() + 1
 }

@@ -31,7 +31,7 @@ const FINE: f64 = 0.03;
 const HARMONICS: usize = 3;
 /// Greatest number of objects, tips or people that may be used in turn.
 const IN_TURN: usize = 6;
-/// How long what was done to a table lasts, as a share of the strikes.
+/// Times that what was done to a table may last, as a share of the strikes.
 const LASTS: [f64; 3] = [0.06, 0.125, 0.25];
 /// Share of the strikes for which both levels of a ramp last at the least: what rises from the first strike on is wear.
 const AT_A_LEVEL: f64 = 0.25;
@@ -63,11 +63,11 @@ pub(crate) enum Form {
     WearInSessions,
     /// Sessions of their own levels, in each of which it changes by as much: a drift beside them does the same.
     DriftAndSessions,
-    /// It steps, and wears off.
+    /// A step that wears off.
     WearsOff,
-    /// From one level to another, over some strikes.
+    /// A ramp from one level to another, over some strikes.
     Ramp,
-    /// It wears from a level, and is made as new at a strike, as a table that is cleaned.
+    /// Wear from a level that is made as new at a strike, as a table that is cleaned.
     MadeNew,
 }
 
@@ -320,7 +320,7 @@ impl InOrder {
             .all(|k| gain(strike) - gain(k) > EXCLUDED * left)
     }
 
-    /// The other forms but a step.
+    /// The forms other than a wander or a step.
     fn forms(&self) -> Vec<Described> {
         let place = self.place();
         let mut forms = Vec::new();
@@ -519,7 +519,7 @@ mod tests {
         column.form(&Wander::new(n), seed).0
     }
 
-    /// Such a column, of strikes with these numbers.
+    /// A column for tests, of strikes with these numbers.
     fn in_order(
         seed: u64,
         ratio: f64,

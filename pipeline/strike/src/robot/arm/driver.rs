@@ -68,13 +68,13 @@ impl fmt::Display for Said {
 /// Whether a controller takes lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Condition {
-    /// It takes them, and moves on none.
+    /// The controller takes lines, and moves on none.
     Ready,
-    /// It moves.
+    /// The controller moves the arm.
     Moving,
-    /// It was stopped, or not made ready yet: a new call may make it ready.
+    /// The controller was stopped, or not made ready yet: a new call may make it ready.
     Stopped(Said),
-    /// Another program, a pause or a fault holds it: a person must release it.
+    /// Another program, a pause or a fault holds the controller: a person must release it.
     Held(Said),
 }
 
