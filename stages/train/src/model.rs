@@ -15,7 +15,7 @@ use store::network::{LAYERS, Layer, Network, NetworkError, SIZES};
 
 use crate::scaling::Scaling;
 
-/// Of batch norm: how fast what it answers by follows the batches, and what is added to variances.
+/// Constants of batch norm: how fast its running mean and variance follow the batches, and what is added to variances.
 const MOMENTUM: f64 = 0.1;
 const EPSILON: f64 = 1e-5;
 
