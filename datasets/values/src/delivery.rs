@@ -12,9 +12,9 @@ use crate::{Delivered, Split, Strike, wrap_angle};
 /// How repeats of one command differ in what the arm delivers: standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ArmScatter {
-    /// Of the delivered speed, relative.
+    /// Standard deviation of the delivered speed, relative to the commanded.
     pub speed: f64,
-    /// Of the delivered angle, in rad.
+    /// Standard deviation of the delivered angle, in rad.
     pub angle: f64,
 }
 
@@ -222,7 +222,7 @@ fn followed_share(
     None
 }
 
-/// Of the line of least squares through points of these coordinates; 1 where it is none.
+/// Slope of the line of least squares through points of these coordinates; 1 where it is none.
 fn slope(x: &DVector<f64>, y: &DVector<f64>) -> f64 {
     let from = |values: &DVector<f64>| values.add_scalar(-values.mean());
     let (x, y) = (from(x), from(y));

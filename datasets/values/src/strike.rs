@@ -73,9 +73,9 @@ pub enum End {
     /// The object rests.
     #[default]
     Rest,
-    /// It meets something: a fence, a hand.
+    /// The object meets something: a fence, a hand.
     Contact,
-    /// It leaves the table that is seen.
+    /// The object leaves the part of the table that is seen.
     LeftView,
 }
 
