@@ -28,7 +28,7 @@ pub enum Listening {
 
 /// A controller that runs until it is dropped.
 pub struct Emulator {
-    /// Of an xArm: control, real-time, ordinary and rich report. Of Universal Robots: two of scripts, RTDE, dashboard.
+    /// The emulator's addresses. Of an xArm: control, real-time, ordinary and rich report. Of Universal Robots: two of scripts, RTDE, dashboard.
     pub ports: [SocketAddr; 4],
     shared: Arc<Shared>,
 }
@@ -155,7 +155,7 @@ impl Emulator {
         state.make_fault();
     }
 
-    /// Another program gives its signs of life from now on.
+    /// Lets another program give its signs of life from now on.
     pub fn is_claimed(&self) {
         self.shared.lock().is_claimed = true;
     }
