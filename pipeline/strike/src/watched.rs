@@ -26,9 +26,9 @@ pub struct Watched {
     begun: Arc<Mutex<Option<Instant>>>,
 }
 
-/// Strikes, and keeps where that left the object, and until [`Memory::recorded`] that the strike has no record: whatever ends this program
-/// meanwhile, the object may have been struck, and unseen rest is no permission to strike it again. Where that cannot be kept nothing is struck. Also gives what the camera saw, if one watches and the tip came
-/// down to strike; `is_over` ends the waiting for that.
+/// Strikes, and keeps where that left the object, and until [`Memory::recorded`] that the strike has no record: whatever ends this program meanwhile,
+/// the object may have been struck, and unseen rest is no permission to strike it again. Where that cannot be kept nothing is struck. Also gives what
+/// the camera saw, if one watches and the tip came down to strike; `is_over` ends the waiting for that.
 pub fn strike_and_keep<D: Arm>(
     robot: &mut Guarded<D>,
     plan: &Plan,

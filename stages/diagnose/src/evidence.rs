@@ -1,7 +1,8 @@
 //! Whether: is there a gap at all?
 //!
-//! One statistic over all candidates: the most that any of them gains beyond its own 99 % quantile under drawn residuals. Its distribution, the choice among all statistics included, comes from the
-//! same replicates: drawn from the fitted world and its noise, and by flipping the signs of whole strikes' scores.
+//! One statistic over all candidates: the most that any of them gains beyond its own 99 % quantile under drawn residuals. Its distribution, the
+//! choice among all statistics included, comes from the same replicates: drawn from the fitted world and its noise, and by flipping the signs of
+//! whole strikes' scores.
 
 use std::collections::BTreeMap;
 

@@ -418,8 +418,8 @@ pub(crate) fn prior(model: &Model) -> Prior {
     }
 }
 
-/// Mean of the strikes' own speeds and frictions, as logarithms, that restitution and friction take over: Gauss–Newton creeps along the line on which both do the
-/// same.
+/// Mean of the strikes' own speeds and frictions, as logarithms, that restitution and friction take over: Gauss–Newton creeps along the line on which
+/// both do the same.
 const COMMON: f64 = 0.05;
 
 fn centre(model: &mut Model, nuisances: &mut [Nuisances]) {

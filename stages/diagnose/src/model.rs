@@ -64,7 +64,8 @@ pub(crate) struct Part {
 pub(crate) struct Model {
     pub(crate) parts: Vec<Part>,
     pub(crate) free: Vec<FreeParameter>,
-    /// Friction, restitution, clock (s), for a box the share of its wrong sizes, the tip's friction and the part of its load that shifts, then the free parameters of the parts in order.
+    /// Friction, restitution, clock (s), for a box the share of its wrong sizes, the tip's friction and the part of its load that shifts, then the
+    /// free parameters of the parts in order.
     pub(crate) values: Vec<f64>,
 }
 

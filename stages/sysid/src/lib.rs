@@ -1,10 +1,9 @@
 //! System identification: the world's parameters from the tracks of strikes.
 //!
-//! Stop distance alone goes as (1+e)²/μ and cannot distinguish friction from restitution; tracks can. Each strike's launch
-//! scatters in speed and angle, so the strike is the unit of evidence: residuals are weighed by
-//! Σ = σ²I + σ_v²·J_v·J_vᵀ + σ_θ²·J_θ·J_θᵀ + …, the scatter is estimated along with the parameters (EM), and intervals come
-//! from how strikes differ. What turns or delays every strike alike is fitted
-//! beside the parameters and reported in a note: it is no scatter, and it does not move the world. Gauss–Newton on large-step central differences starts from a line through
+//! Stop distance alone goes as (1+e)²/μ and cannot distinguish friction from restitution; tracks can. Each strike's launch scatters in speed and
+//! angle, so the strike is the unit of evidence: residuals are weighed by Σ = σ²I + σ_v²·J_v·J_vᵀ + σ_θ²·J_θ·J_θᵀ + …, the scatter is estimated along
+//! with the parameters (EM), and intervals come from how strikes differ. What turns or delays every strike alike is fitted beside the parameters and
+//! reported in a note: it is no scatter, and it does not move the world. Gauss–Newton on large-step central differences starts from a line through
 //! √(D − d(t)), which needs no simulation; NLopt's polish and the paper's Algorithm 2 are in [`algorithm2`].
 
 pub mod algorithm2;

@@ -39,8 +39,8 @@ impl Step {
 
 #[derive(Debug)]
 pub(crate) struct Codes {
-    /// How many codes each length has, their symbols in the order of the codes, and for each length the first code beyond it (left-aligned in 16 bits) and what is added to
-    /// a code to find its symbol.
+    /// How many codes each length has, their symbols in the order of the codes, and for each length the first code beyond it (left-aligned in 16
+    /// bits) and what is added to a code to find its symbol.
     counts: [u8; LONGEST],
     symbols: Vec<u8>,
     beyond: [u32; LONGEST + 1],

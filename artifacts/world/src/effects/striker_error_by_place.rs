@@ -41,7 +41,8 @@ const PERIOD: EffectParameter =
 const PERIODS: [f64; 6] = [0.35, 0.5, 0.65, 0.85, 1.1, 1.4];
 
 /// Striker error by place; parameters `speed_x`, `speed_y` = a, `speed_rr`, `speed_rb`, `speed_bb` = A, `angle_x`, `angle_y` = c, `angle_rr`,
-/// `angle_rb`, `angle_bb` = C, `angle_sin`, `angle_cos`, `angle_period` of w, `gain` = γ, `bias` = δ, and `center_x`, `center_y`: the middle of the starts of the strikes that were fitted.
+/// `angle_rb`, `angle_bb` = C, `angle_sin`, `angle_cos`, `angle_period` of w, `gain` = γ, `bias` = δ, and `center_x`, `center_y`: the middle of the
+/// starts of the strikes that were fitted.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "striker_error_by_place",
     parameters: Parameters::Listed(&[

@@ -277,8 +277,8 @@ pub(super) fn deviation(values: &DVector<f64>) -> f64 {
     values.variance().sqrt()
 }
 
-/// The value of the command before, whether the own one is greater (1) or less (−1), and by how much it is another; a strike without one before stands in the middle. None
-/// where commands hardly vary.
+/// The value of the command before, whether the own one is greater (1) or less (−1), and by how much it is another; a strike without one before
+/// stands in the middle. None where commands hardly vary.
 fn last(
     own: &DVector<f64>,
     least: f64,
