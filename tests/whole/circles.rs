@@ -57,7 +57,7 @@ struct Module {
     children: BTreeSet<String>,
     /// Names brought into scope, and their paths.
     imports: BTreeMap<String, Vec<String>>,
-    /// Those of them that are handed on.
+    /// Names that are handed on (re-exported).
     handed_on: BTreeSet<String>,
     /// Paths in the code.
     paths: Vec<Vec<String>>,

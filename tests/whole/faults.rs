@@ -268,7 +268,7 @@ fn killed_at_any_step(nights: &Nights, whole: &BTreeMap<String, Vec<u8>>) {
     assert!(steps > 100, "only {steps} steps");
 }
 
-/// As on a full disk, or where a write or a sync fails.
+/// Nights that fail at any step, as on a full disk, or where a write or a sync fails.
 fn failing_at_any_step(nights: &Nights) {
     nights.each_step("failed", |step, dir| {
         let fault = if step % 2 == 0 { "full" } else { "io" };

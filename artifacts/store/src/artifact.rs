@@ -9,7 +9,7 @@ use crate::{Calibrated, Contents, Manifest, Model, ResidualModel};
 /// A version, every part of which was checked when it was loaded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Artifact {
-    /// Its name, such as `v0003`.
+    /// Name of the version, such as `v0003`.
     pub version: String,
     /// What it holds and how it came to be.
     pub manifest: Manifest,

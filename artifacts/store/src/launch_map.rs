@@ -17,7 +17,7 @@ use world::Delivery;
 pub const WAVES: usize = 8;
 /// Features: a constant, two slopes, and the eigenfunctions.
 pub const FEATURES: usize = LINEAR + WAVES * WAVES;
-/// Of them, the constant and the slopes.
+/// Number of features that are linear: the constant and the slopes.
 pub const LINEAR: usize = 3;
 /// Half the side of the box, in half widths of the commands learnt from.
 pub const BOX: f64 = 1.75;
@@ -114,7 +114,7 @@ impl LaunchMap {
         Ok(Self { parts })
     }
 
-    /// Its numbers.
+    /// The numbers of the map.
     pub fn parts(&self) -> &Parts {
         &self.parts
     }

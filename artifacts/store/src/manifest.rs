@@ -74,7 +74,7 @@ pub struct Provenance {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Logged {
-    /// How many; the order of the next one, for effects that drift.
+    /// Number of strikes; also the order of the next one, for effects that drift.
     pub count: usize,
     /// Stamp of the last one's first motion, in seconds since the epoch of the logs' clock.
     pub last: f64,
@@ -140,7 +140,7 @@ pub struct TrainingExtent {
     pub miss: f64,
     /// The distance that one in twenty of them exceeds.
     pub miss_p95: f64,
-    /// How many times the distance that the residual itself expects; one where it expects none.
+    /// Factor on the distance that the residual itself expects; one where it expects none.
     pub calibration: f64,
 }
 

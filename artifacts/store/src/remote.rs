@@ -14,7 +14,7 @@ use crate::files::{MANIFEST, encode};
 use crate::store::{LATEST, VERSIONS};
 use crate::{ArtifactError, Contents, Key, SIGNATURE, Signer, Store, load, version};
 
-/// So many numbers are tried where others, or what a stopped publisher left, have them.
+/// Number of version numbers that are tried where others, or what a stopped publisher left, have them.
 const TRIES: usize = 50;
 
 /// Publishes contents as a new version there, signed where there is a signer, and makes it the one in use, if the one in use is still what it

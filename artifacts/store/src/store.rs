@@ -21,7 +21,7 @@ pub struct Store {
 /// A version as a list shows it: its manifest was read, its files were not.
 #[derive(Debug)]
 pub struct Listing {
-    /// Its name.
+    /// Name of the version, such as `v0003`.
     pub version: String,
     /// Whether it is the one in use.
     pub is_latest: bool,

@@ -58,7 +58,7 @@ impl Base {
         self.arm
     }
 
-    /// Of μ times the weight: force over the speed v, and torque over w and the arm, both in s/m; w is the spin times the
+    /// Friction's pull in units of μ times the weight: force over the speed v, and torque over w and the arm, both in s/m; w is the spin times the
     /// arm. Both speeds are given as their squares, in m²/s².
     #[inline]
     pub(crate) fn pull(&self, v_square: f64, w_square: f64) -> [f64; 2] {
@@ -127,7 +127,7 @@ impl UnitForces {
         Self { arm, shares }
     }
 
-    /// Linear between entries.
+    /// Force and torque, linear between entries.
     fn at(&self, turning: f64) -> [f64; 2] {
         let place = turning.clamp(0.0, 1.0) * ENTRIES as f64;
         let entry = (place as usize).min(ENTRIES - 1);

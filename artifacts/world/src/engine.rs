@@ -101,15 +101,15 @@ pub(crate) struct Engine {
     nv_object: usize,
     base_friction: [f64; 5],
     table_contact: TableContact,
-    /// What scales the friction on the table in the next steps.
+    /// Factor on the friction on the table in the next steps.
     friction: f64,
-    /// What the next steps push the object's centre with, in m/s².
+    /// Acceleration by which the next steps push the object's centre, in m/s².
     pushed: Point,
-    /// Steps taken: all, and those of free slides.
+    /// Number of steps taken: all, and those of free slides.
     steps: [u64; 2],
 }
 
-/// What of the object rubs on the table.
+/// How the object touches the table.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum TableContact {
     /// A base, and the square of the radius of gyration in m².
@@ -124,7 +124,7 @@ const SLIPS: f64 = 0.3;
 const BEYOND_CONE: f64 = 1.5;
 
 impl Engine {
-    /// Back to the scene's initial state, all at rest.
+    /// Resets to the scene's initial state, all at rest.
     pub(crate) fn reset(&mut self) {
         self.data.reset();
     }
@@ -262,7 +262,7 @@ impl Engine {
         (turning.xy(), slip.norm())
     }
 
-    /// How a ball is turned.
+    /// Attitude of a ball.
     fn attitude(&self) -> UnitQuaternion<f64> {
         let qpos = self.data.qpos();
         UnitQuaternion::new_unchecked(Quaternion::new(qpos[2], qpos[3], qpos[4], qpos[5]))

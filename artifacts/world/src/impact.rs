@@ -65,7 +65,7 @@ impl Delivery for AsCommanded {
     }
 }
 
-/// How far, relative to what friction reaches, the reference lies beyond the cone.
+/// Distance of the reference beyond the cone, relative to what friction reaches.
 const BEYOND_CONE: f64 = 1.02;
 /// Share of the slip that one step takes away where friction can.
 const TAKEN: f64 = 0.9;
@@ -133,7 +133,7 @@ pub fn contact_solref(contact_time: f64, restitution: f64, timestep: f64) -> [f6
     [-stiffness, -0.5 * (low + high)]
 }
 
-/// Tip speeds in m/s and restitutions at which it is measured.
+/// Tip speeds (m/s) and restitutions at which the contact's duration is measured.
 pub(crate) const SPEEDS: [f64; 2] = [0.4, 1.0];
 pub(crate) const RESTITUTIONS: [f64; 2] = [0.35, 0.65];
 
@@ -145,7 +145,7 @@ pub(crate) struct ContactDuration([Excess; 2]);
 #[derive(Clone, Copy, Debug, Default)]
 struct Excess {
     constant: f64,
-    /// In m/s.
+    /// Coefficient of the inverse tip speed, in m/s.
     by_inverse_speed: f64,
 }
 
@@ -156,7 +156,7 @@ impl Excess {
 }
 
 impl ContactDuration {
-    /// Of launch speeds over those of an impact without duration, less one: at each restitution, at each speed.
+    /// From launch speeds over those of an impact without duration, less one, at each restitution and each speed.
     pub(crate) fn of(measured: [[f64; 2]; 2]) -> Self {
         Self(measured.map(|[slow, fast]| {
             let by_inverse_speed = (slow - fast) / (1.0 / SPEEDS[0] - 1.0 / SPEEDS[1]);
@@ -167,7 +167,7 @@ impl ContactDuration {
         }))
     }
 
-    /// What a tip speed (m/s) is multiplied by for the launch of an impact without duration.
+    /// Factor on a tip speed (m/s) that gives the launch of an impact without duration.
     pub(crate) fn factor(self, speed: f64, restitution: f64) -> f64 {
         let [low, high] = RESTITUTIONS;
         let share = (restitution - low) / (high - low);

@@ -58,7 +58,7 @@ impl<'a> Record<'a> {
         self.track.y.push(seen.y);
     }
 
-    /// A short step, which becomes a sample where the last one is old enough.
+    /// Records a short step, which becomes a sample where the last one is old enough.
     pub(crate) fn step(&mut self, t: f64, point: Point) {
         let last = self.track.t.last().copied().unwrap_or(0.0);
         if t - last >= 0.999 * SAMPLE {
@@ -66,7 +66,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// A long step of constant acceleration.
+    /// Records a long step of constant acceleration.
     pub(crate) fn arc(
         &mut self,
         t: f64,

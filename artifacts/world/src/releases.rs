@@ -72,12 +72,12 @@ pub struct Release {
     pub spin: f64,
 }
 
-/// What varies of a release from impact to impact: time, position and velocity in the frame of the impact, spin; positions per m,
+/// The numbers of a release that vary from impact to impact: time, position and velocity in the frame of the impact, spin; positions per m,
 /// velocities and spin per m/s of the tip's speed.
 pub(crate) type Scaled = [f64; 6];
 
 impl Release {
-    /// By the tip's speed in m/s.
+    /// This release divided by the tip's speed (m/s).
     pub(crate) fn scaled(&self, speed: f64) -> Scaled {
         [
             self.time,
@@ -89,7 +89,7 @@ impl Release {
         ]
     }
 
-    /// After an impact with this command, on the table.
+    /// The release after an impact with this command, in the table's frame.
     pub(crate) fn of(scaled: Scaled, command: Command) -> Self {
         let [time, x, y, vx, vy, spin] = scaled;
         let Command { speed, angle } = command;

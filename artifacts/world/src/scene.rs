@@ -18,7 +18,7 @@ const LEAST_FRICTION: f64 = 1e-5;
 const FOOT: f64 = 0.002;
 /// Depth in m to which the object's foot reaches into the table: with [`LOAD_IMPEDANCE`] it stands for the weight.
 const SINK: f64 = 0.001;
-/// The same of a ball, which rolls on what is left of its radius.
+/// Depth in m to which a ball's foot reaches into the table: smaller, for the ball rolls on what is left of its radius.
 const BALL_SINK: f64 = 1e-5;
 /// Impedance of the contacts with the table: so soft that the slip does not change the load.
 pub(crate) const LOAD_IMPEDANCE: f64 = 0.001;

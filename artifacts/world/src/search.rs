@@ -16,11 +16,11 @@ use values::{Command, Interval, Point};
 
 use crate::solution::{SOLVED, SolveSettings};
 
-/// Less than this much bearing for an angle: the tip slips along the face.
+/// Change of bearing for a change of angle below which the tip slips along the face.
 const SLIPPING: f64 = 0.25;
-/// Less than this much of a step's faster speed in the distance's logarithm, twice which a free arm gives: it saturates.
+/// Change of the distance's logarithm for a change of the speed's, below which the arm saturates; twice which a free arm gives.
 const SATURATED: f64 = 0.1;
-/// Angle per bearing for a step back to where it sticks.
+/// Change of angle for a change of bearing in a step back to where the tip sticks.
 const STICKING: f64 = 1.5;
 /// Step in the logarithm of the speed, for a slope by differences.
 const LEAST_STEP: f64 = 1e-3;
@@ -32,20 +32,20 @@ const MOST_DIVERGED: u32 = 4;
 /// Changes of a command, logarithm of the speed and angle in rad, per change of what it leads to, logarithm of the distance
 /// and bearing in rad.
 pub(crate) type Inverse = [[f64; 2]; 2];
-/// That of an isotropic world under dry friction.
+/// The inverse Jacobian of an isotropic world under dry friction.
 pub(crate) const ISOTROPIC: Inverse = [[0.5, 0.0], [0.0, 1.0]];
 
 /// One command tried, and where the object stopped.
 #[derive(Clone, Copy)]
 pub(crate) struct Trial {
     pub(crate) command: Command,
-    /// What its path lacks: logarithm of the distance, and bearing in rad.
+    /// What the path lacks to the target's: logarithm of the distance, and bearing in rad.
     error: [f64; 2],
     pub(crate) miss: f64,
 }
 
 impl Trial {
-    /// From another trial to this: logarithm of the speed, and angle in rad.
+    /// Step of the command from another trial to this one: logarithm of the speed, and angle in rad.
     fn step_from(&self, other: &Trial) -> [f64; 2] {
         [
             (self.command.speed / other.command.speed).ln(),
@@ -59,9 +59,9 @@ pub(crate) enum Ending {
     Solved,
     /// The nearest trial lies at a bound, and the target beyond.
     OutOfReach,
-    /// Nothing came to rest.
+    /// No trial came to rest.
     Diverged,
-    /// Neither solved nor known to be out of reach.
+    /// The search ended with the target neither reached nor known to be out of reach.
     Open,
 }
 

@@ -17,7 +17,7 @@ pub struct Shift {
 }
 
 impl Shift {
-    /// Of its fields, in their order.
+    /// Names of the fields of [`Shift`], in their order.
     pub const NAMES: [&str; 3] = ["friction", "gain", "heading"];
 
     /// Whether nothing differs.
@@ -25,7 +25,7 @@ impl Shift {
         *self == Self::default()
     }
 
-    /// Both, one after the other.
+    /// This shift followed by another: the sums of their fields.
     pub fn and(&self, other: Self) -> Self {
         Self {
             friction: self.friction + other.friction,
@@ -34,7 +34,7 @@ impl Shift {
         }
     }
 
-    /// In the order of its fields.
+    /// The values of its fields, in the order of [`Shift::NAMES`].
     pub fn values(&self) -> [f64; 3] {
         [self.friction, self.gain, self.heading]
     }
@@ -50,7 +50,7 @@ impl From<[f64; 3]> for Shift {
     }
 }
 
-/// For a person: `friction +12.0 %, launch speed −5.0 %, heading +1.50°`.
+/// As a person reads it: `friction +12.0 %, launch speed −5.0 %, heading +1.50°`.
 impl fmt::Display for Shift {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = |ln: f64| 100.0 * (ln.exp() - 1.0);

@@ -39,12 +39,12 @@ pub struct Simulator {
     pub(crate) rig: Rig,
     pub(crate) scene: Arc<Scene>,
     pub(crate) effects: Arc<[Box<dyn Effect>]>,
-    /// What strikes showed of the arm beside the effects.
+    /// A learnt correction of what the arm delivers, beside the effects.
     delivery: Option<Arc<dyn Delivery>>,
-    /// How the table changed for good, and how it differs from that.
+    /// How the table changed for good since it was identified, and how it differs from that now.
     own: Shift,
     shift: Shift,
-    /// Of the shifted table.
+    /// Friction between object and table, shifts included.
     pub(crate) friction: f64,
     restitution: f64,
     pub(crate) contact_time: f64,
@@ -54,7 +54,7 @@ pub struct Simulator {
     /// Square of the radius of gyration about the vertical in m².
     pub(crate) gyration: f64,
     pub(crate) releases: Releases,
-    /// Measured by the first worker that strikes.
+    /// How much MuJoCo's contact launches faster for its duration; measured by the first worker that strikes.
     pub(crate) contact_duration: OnceLock<ContactDuration>,
     pub(crate) steps: Steps,
 }
@@ -93,7 +93,7 @@ impl Simulator {
         })
     }
 
-    /// This world, whose arm delivers what this correction says.
+    /// This world with a learnt correction of what its arm delivers.
     pub fn with_delivery(self, delivery: Arc<dyn Delivery>) -> Self {
         Self {
             delivery: Some(delivery),
@@ -101,7 +101,7 @@ impl Simulator {
         }
     }
 
-    /// This world on a table that differs so from the world's own, whatever it differed by before. What is compiled is shared.
+    /// This world on a table that differs by `shift` from the world's own, in place of any shift before. What is compiled is shared.
     pub fn shifted(&self, shift: Shift) -> Self {
         self.on(self.own, shift)
     }
@@ -127,7 +127,7 @@ impl Simulator {
         }
     }
 
-    /// How the table differs from the world's own.
+    /// How the table differs from the world's own, which holds the world's lasting changes already.
     pub fn shift(&self) -> Shift {
         self.shift
     }
@@ -137,7 +137,7 @@ impl Simulator {
         self.whole_shift().is_none()
     }
 
-    /// How the table differs from what was identified.
+    /// How the table differs from the one on which the world was identified: lasting changes, then the present shift.
     pub(crate) fn whole_shift(&self) -> Shift {
         self.own.and(self.shift)
     }
@@ -173,7 +173,7 @@ impl Simulator {
         (self.friction, self.restitution)
     }
 
-    /// What of the object rubs on the table.
+    /// How the object touches the table.
     pub(crate) fn table_contact(&self) -> TableContact {
         match self.rig.object.solid {
             Solid::Sphere { radius } => TableContact::Ball(radius, self.rolling_in_slip),
@@ -189,7 +189,7 @@ impl Simulator {
         touch::nearest(object, striker, engine.position(), engine.yaw(), tip)
     }
 
-    /// What of a yaw (rad) counts for this object: nothing of a round one's, which rubs and is struck alike however it is turned.
+    /// The yaw (rad) that a simulation takes for this object: 0 for a round one, which rubs and is struck alike however it is turned.
     pub(crate) fn yaw_of(&self, yaw: f64) -> f64 {
         match self.rig.object.shape() {
             Shape::Box => yaw,

@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 use values::{Command, Interval};
 
-/// What the corrections bring within this many tolerances is solved; what is further off at a bound is out of reach.
+/// Tolerances within which a solve counts as solved; a target that is further off with the command at a bound is out of reach.
 pub(crate) const SOLVED: f64 = 2.0;
 
-/// How a solve goes.
+/// Settings of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SolveSettings {
     /// Miss in m at which a solve ends; one that comes within twice that is solved too.
@@ -20,7 +20,7 @@ pub struct SolveSettings {
 }
 
 impl Default for SolveSettings {
-    /// 0.5 mm; 0.05–4 m/s; 12 corrections; 25 simulations.
+    /// Tolerance 0.5 mm; speeds 0.05–4 m/s; 12 corrections; 25 simulations.
     fn default() -> Self {
         Self {
             tolerance: 0.5e-3,

@@ -14,7 +14,7 @@ use crate::{
     touch,
 };
 
-/// How many times the miss of a solved row may be left at the end of reach for the search to go on.
+/// Miss at the end of reach, in units of a solved row's, up to which the search goes on.
 const NEARLY: f64 = 3.0;
 /// Miss in m at which the search in planar form ends, and trials that it may take.
 const PLANAR: (f64, u32) = (1e-5, 40);
@@ -72,7 +72,7 @@ impl Worker<'_> {
         found
     }
 
-    /// What leads along a path in planar form, and what was learnt of the slopes there; `None` where nothing does.
+    /// The command that leads along a path in planar form, and the inverse Jacobian there; `None` where none does.
     fn planar_solution(&mut self, aim: &Aim<'_>, straight: Command) -> Option<(Command, Inverse)> {
         let planar = self.simulator.planar()?;
         let mut lead = |command| {
@@ -162,7 +162,7 @@ impl Worker<'_> {
         ))
     }
 
-    /// v = √(2·μ·g·d)/(1 + e), straight at the target.
+    /// First guess: v = √(2·μ·g·d)/(1 + e), straight at the target.
     fn straight(&self, path: Point) -> Command {
         let (friction, restitution) = self.simulator.coefficients();
         let release = (2.0 * friction * GRAVITY * path.norm()).sqrt();

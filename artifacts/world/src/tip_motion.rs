@@ -22,7 +22,7 @@ pub(crate) struct TipMotion {
 }
 
 impl TipMotion {
-    /// Half a step deep, so that the contact acts from the first step on, whatever the rounding.
+    /// Starts the motion half a step deep, so that the contact acts from the first step on, whatever the rounding.
     pub(crate) fn begin(profile: Profile, sim: &Simulator) -> Self {
         Self {
             profile,

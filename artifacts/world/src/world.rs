@@ -25,10 +25,10 @@ pub struct World {
     /// How repeats of one command differ.
     #[serde(default)]
     pub scatter: Scatter,
-    /// How the table changed for good since the parameters were identified.
+    /// How friction, launch speed and heading changed for good since the parameters were identified.
     #[serde(default, skip_serializing_if = "Shift::is_none")]
     pub shift: Shift,
-    /// What differs from session to session, by the name of the effect: what is known of a session that was never seen.
+    /// For each effect by session, by its name, the population that sessions are drawn from: what is known of a session that was never seen.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sessions: BTreeMap<String, Population>,
     /// Effects, in the order added.
@@ -40,19 +40,19 @@ pub struct World {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scatter {
-    /// Of the delivered speed, relative to the commanded.
+    /// Standard deviation of the delivered speed, relative to the commanded.
     pub speed: f64,
-    /// Of the delivered angle, in rad.
+    /// Standard deviation of the delivered angle, in rad.
     pub angle: f64,
-    /// Of a centroid's coordinate, in m.
+    /// Standard deviation of a centroid's coordinate, in m.
     pub camera: f64,
-    /// Of a strike's friction, relative to the world's; none where a file does not say.
+    /// Standard deviation of friction from strike to strike, relative to the world's; zero where a file does not say.
     #[serde(default)]
     pub friction: f64,
     /// Correlation of the centroid's error from one frame to the next, 0 to 1; none where a file does not say.
     #[serde(default)]
     pub camera_correlation: f64,
-    /// Of a frame's stamp, in s; none where a file does not say.
+    /// Standard deviation of a frame's stamp, in s; zero where a file does not say.
     #[serde(default)]
     pub stamp_jitter: f64,
 }
@@ -171,8 +171,8 @@ impl World {
             .collect()
     }
 
-    /// This world as if it had never seen a session: there, what differs by session has its mean over the others. To be asked
-    /// about that session alone, for relative changes of the others are then taken from another mean.
+    /// This world as if it had never seen a session: effects by session take their mean over the other sessions there. Only for predictions in that
+    /// session: relative changes in the others are then from another mean.
     pub fn without_session(mut self, session: &str) -> Self {
         for added in &mut self.effects {
             let spec = effects::effect(&added.name).map(|spec| &spec.parameters);
@@ -198,7 +198,7 @@ impl World {
         self
     }
 
-    /// This world with what its effects by session say of the population they are drawn from.
+    /// This world with [`World::sessions`] computed from its effects by session.
     pub fn with_populations(mut self) -> Self {
         self.sessions.clear();
         for added in &self.effects {

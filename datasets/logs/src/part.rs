@@ -22,9 +22,9 @@ const PIECE: u64 = 8 << 20;
 const TAIL: u64 = 32 << 10;
 /// Bytes between two chunks that are read rather than asked around.
 const GAP: u64 = 16 << 10;
-/// Of a footer: the record, and the magic bytes behind it.
+/// Length of a footer in bytes: the record, and the magic bytes behind it.
 const FOOTER: u64 = (PREFIX + 20 + mcap::MAGIC.len()) as u64;
-/// Of the record that ends the data.
+/// Length in bytes of the record that ends the data.
 const DATA_END: u64 = (PREFIX + 4) as u64;
 
 /// A log as its store tells of it.
@@ -69,7 +69,7 @@ impl Origin {
         copy.with_file_name(format!(".{name}.origin"))
     }
 
-    /// Of a copy that is as it was made; none of any other file.
+    /// The origin of a copy that is unchanged since it was made; none of any other file.
     fn of(copy: &Path) -> Option<Self> {
         let text = std::fs::read(Self::path(copy)).ok()?;
         let origin: Self = serde_json::from_slice(&text).ok()?;

@@ -12,7 +12,7 @@ pub struct EncodeError {
 }
 
 impl Picture {
-    /// As JPEG of this quality (1 to 100), its colours at half the resolution, as cameras and OpenCV do.
+    /// The image as JPEG of this quality (1 to 100), its colours at half the resolution, as cameras and OpenCV do.
     pub fn jpeg(&self, quality: u8) -> Result<Vec<u8>, EncodeError> {
         let mut data = Vec::new();
         let size = |size: usize| u16::try_from(size).map_err(|error| self.error(&error));
@@ -25,7 +25,7 @@ impl Picture {
         Ok(data)
     }
 
-    /// As PNG.
+    /// The image as PNG.
     pub fn png(&self) -> Result<Vec<u8>, EncodeError> {
         let mut data = Vec::new();
         let size = |size: usize| u32::try_from(size).map_err(|error| self.error(&error));

@@ -17,7 +17,7 @@ impl Random {
 /// Numbers of a normal distribution with standard deviation 1, four from each draw: sums of a byte's and a half's bits are bell-shaped
 /// enough for a sensor, and their moments are those of a normal distribution up to the third.
 pub(crate) fn bells() -> Vec<f32> {
-    /// As many as two bytes can count.
+    /// Number of entries: as many as two bytes can count.
     const COUNT: usize = 1 << 16;
     // The quantiles, by the sum of twelve uniforms of a fixed stream: shuffled by construction.
     let mut random = Random(20_261_122);

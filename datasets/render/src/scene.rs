@@ -9,7 +9,7 @@ use crate::{Form, Moment};
 pub struct Cover {
     /// One end on the table's plane, in m.
     pub from: [f64; 2],
-    /// The other end.
+    /// The other end on the table's plane, in m.
     pub to: [f64; 2],
     /// Half of its width in m.
     pub radius: f64,
@@ -60,7 +60,7 @@ pub struct Scene {
     pub light_from: f64,
     /// The object's own shadow: its length in m, the width of its edge in m, and the share of light that it takes.
     pub shadow: [f64; 3],
-    /// Another shadow.
+    /// A shadow of something else than the object; none where there is none.
     pub shade: Option<Shade>,
     /// A reflection.
     pub glare: Option<Glare>,

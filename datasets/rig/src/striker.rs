@@ -2,9 +2,10 @@
 
 use values::{Command, Point};
 
-/// The commanded speed is reached this far before the impact (paper, section 3.1), in m.
+/// Distance, in m, before the impact at which the commanded speed is reached (paper, section 3.1).
 const PRE_STRIKE: f64 = 0.010;
-/// It is held this far beyond, so that the plateau spans the impact even if the arm is slower than commanded, in m.
+/// Distance, in m, beyond the impact over which the commanded speed is held, so that the plateau spans the impact even if the arm is slower than
+/// commanded.
 const FOLLOW_THROUGH: f64 = 0.010;
 
 /// One commanded motion along a line; times in s from its start.

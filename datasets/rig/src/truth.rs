@@ -44,9 +44,9 @@ pub struct Truth {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FenceTruth {
-    /// One end, in m.
+    /// The fence's one end, in m.
     pub from: Point,
-    /// The other end, in m.
+    /// The fence's other end, in m.
     pub to: Point,
     /// Speed away from it over speed towards it.
     pub restitution: f64,
@@ -69,9 +69,9 @@ impl FenceTruth {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scatter {
-    /// Of the delivered speed, as a share of it.
+    /// Standard deviation of the delivered speed, relative.
     pub speed: f64,
-    /// Of the delivered angle, in rad.
+    /// Standard deviation of the delivered angle, in rad.
     pub angle: f64,
 }
 

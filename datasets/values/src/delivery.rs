@@ -12,14 +12,15 @@ use crate::{Delivered, Split, Strike, wrap_angle};
 /// How repeats of one command differ in what the arm delivers: standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ArmScatter {
-    /// Of the delivered speed, relative.
+    /// Standard deviation of the delivered speed, relative to the commanded.
     pub speed: f64,
-    /// Of the delivered angle, in rad.
+    /// Standard deviation of the delivered angle, in rad.
     pub angle: f64,
 }
 
 impl Strike {
-    /// Its delivered speed over the commanded one, as a logarithm, and its delivered angle beside the commanded one.
+    /// The delivered speed over the commanded one, as a logarithm, and the delivered angle (rad) beside the commanded one; none where delivery is not
+    /// known.
     fn beside_command(&self) -> Option<[f64; 2]> {
         let Delivered {
             tip_speed,
@@ -30,7 +31,8 @@ impl Strike {
         Some([speed, wrap_angle(tip_angle - self.command.angle)])
     }
 
-    /// The same of its path: a speed goes on by its square.
+    /// The speed that its path shows over the commanded one, as a logarithm (path length grows as speed squared), and the path's angle (rad) beside
+    /// the commanded one; none where it does not rest freely or its path is too short to show a direction.
     fn path_beside_command(&self) -> Option<[f64; 2]> {
         /// A shorter path, in m, has no direction to speak of.
         const LEAST: f64 = 0.02;
@@ -220,7 +222,7 @@ fn followed_share(
     None
 }
 
-/// Of the line of least squares through points of these coordinates; 1 where it is none.
+/// Slope of the line of least squares through points of these coordinates; 1 where it is none.
 fn slope(x: &DVector<f64>, y: &DVector<f64>) -> f64 {
     let from = |values: &DVector<f64>| values.add_scalar(-values.mean());
     let (x, y) = (from(x), from(y));

@@ -22,7 +22,7 @@ pub struct StopErrors {
 }
 
 impl StopErrors {
-    /// Of these errors; none where there are none.
+    /// The statistics of these errors (m); none where there is no error.
     pub fn of(errors: impl Iterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = errors.collect();
         sorted.sort_by(f64::total_cmp);

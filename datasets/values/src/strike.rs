@@ -73,9 +73,9 @@ pub enum End {
     /// The object rests.
     #[default]
     Rest,
-    /// It meets something: a fence, a hand.
+    /// The object meets something: a fence, a hand.
     Contact,
-    /// It leaves the table that is seen.
+    /// The object leaves the part of the table that is seen.
     LeftView,
 }
 
@@ -263,7 +263,7 @@ pub enum RejectReason {
     ClockBackwards,
     /// Numbers fit millimetres or degrees rather than metres and radians.
     UnitsImplausible,
-    /// The same strike was read from another log.
+    /// An equal strike was read from another log.
     Duplicate,
     /// The file ends or is damaged within the strike.
     Truncated,

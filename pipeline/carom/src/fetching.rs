@@ -15,7 +15,7 @@ use crate::Error;
 const FOLDER: &str = "objects";
 /// What rosbag2 writes beside the files of a recording.
 const METADATA: &str = "metadata.yaml";
-/// As `sha256sum` writes it: what a log's bytes are, without reading them all.
+/// File of checksums as `sha256sum` writes it: it says what a log's bytes are, without reading them all.
 const SUMS: &str = "SHA256SUMS";
 
 /// What is needed of logs, and where copies of it lie.

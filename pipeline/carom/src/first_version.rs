@@ -11,11 +11,11 @@ use world::World;
 use crate::Error;
 use crate::growth::latest;
 
-/// Fewer held-out strikes judge nothing.
+/// Least number of held-out strikes that judge.
 const LEAST: usize = 8;
-/// Of this many strikes as many are held out in 99 of 100 deals, as 19 % are ([`Split`]); of 60 in nine of ten.
+/// Number of strikes of which as many are held out in 99 of 100 deals, as 19 % are ([`Split`]); of 60 in nine of ten.
 const ENOUGH: usize = 80;
-/// One more is held out of so many more strikes, on average.
+/// Number of further strikes of which one more is held out, on average.
 const FOR_ONE: usize = 5;
 /// A model that comes this near to the noise floor is not refused for being no better than a plain prediction that does so, too: strikes
 /// of one command are predicted by their mean.
@@ -35,9 +35,9 @@ pub struct FirstVersion {
     pub held_out: usize,
     /// The model that would be used.
     pub model: String,
-    /// Its stop error; none where nothing was held out.
+    /// Stop error of that model, in m; none where nothing was held out.
     pub error: Option<f64>,
-    /// That of the plainest prediction from the strikes that learn: the mean displacement by speed and angle.
+    /// Stop error, in m, of the plainest prediction from the strikes that learn: the mean displacement by speed and angle.
     pub plain: Option<f64>,
     pub nominal: Option<f64>,
     /// What repeats of one command scatter by.

@@ -326,7 +326,7 @@ impl Fields {
         }
     }
 
-    /// And where this message has numbers of these names.
+    /// The paths at which this JSON message has numbers of these names.
     fn of_json(data: &[u8]) -> Self {
         let mut fields = Self::usual();
         if let Ok(message) = serde_json::from_slice(data) {

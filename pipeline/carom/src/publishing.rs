@@ -90,7 +90,7 @@ fn trained_region(strikes: &[Strike]) -> Result<TrainedRegion, Error> {
     })
 }
 
-/// How many strikes there are, and the last one's stamp.
+/// Number of strikes, and the last one's stamp.
 pub fn logged(strikes: &[Strike]) -> Logged {
     let stamps = strikes.iter().map(|strike| strike.t_start);
     Logged {
@@ -144,7 +144,7 @@ pub fn store_error(error: ArtifactError) -> Error {
     }
 }
 
-/// Of the models that the version holds: a residual that adds nothing is none of them.
+/// Stop errors of the models that the version holds: a residual that adds nothing is none of them.
 fn metrics(evaluation: &Evaluation, worlds: &Worlds) -> BTreeMap<Model, StopErrors> {
     let without: Vec<Model> = worlds
         .each()

@@ -24,7 +24,7 @@ pub struct Read {
     pub rejects: Vec<Reject>,
     /// The logs that were read, by name and hash.
     pub logs: Vec<LogFile>,
-    /// Of each of these that was made from images, the log with the images.
+    /// For each of these logs that was made from images, the log with the images.
     pub images: BTreeMap<PathBuf, PathBuf>,
     pub left_out: Vec<LeftOut>,
     /// Names of logs that are cut off or damaged.

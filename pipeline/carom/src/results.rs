@@ -134,7 +134,7 @@ impl WorldResults {
 }
 
 impl Worlds {
-    /// Of an identified world, and nothing more.
+    /// Results of an identified world, and nothing more.
     pub fn new(fit: Fit) -> Self {
         Self {
             sysid: WorldResults::new(fit.world.clone()),
@@ -273,7 +273,7 @@ pub mod testing {
 
     use super::*;
 
-    /// Of no strikes, with a diagnosis that names the effects of its world.
+    /// Results of no strikes, with a diagnosis that names the effects of its world.
     pub fn diagnosed(found: Option<Diagnosed>) -> Results {
         let rig = Rig::demo(Shape::Cylinder);
         let fit = Fit {

@@ -27,13 +27,13 @@ const VERSION: u32 = 9;
 /// Logs to ingest.
 #[derive(Debug, Default)]
 pub struct Tracked {
-    /// Those that were given; of those that have images and no centroids the log with centroids.
+    /// The logs that were given; in the place of one that has images and no centroids the log with centroids.
     pub logs: Vec<PathBuf>,
-    /// Of each log that was made, the log with the images that it was made from: these are not copied.
+    /// For each log that was made, the log with the images that it was made from: these are not copied.
     pub images: BTreeMap<PathBuf, PathBuf>,
     /// Logs whose images are of no use.
     pub left_out: Vec<LeftOut>,
-    /// Of each log with frames that have no centroid, how many and why.
+    /// For each log with frames that have no centroid, how many and why.
     pub notes: Vec<String>,
 }
 

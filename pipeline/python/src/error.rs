@@ -27,7 +27,7 @@ create_exception!(
 create_exception!(carom, Busy, CaromError, "Another run works in the folder.");
 create_exception!(carom, Failed, CaromError, "The work itself failed.");
 
-/// As the program says it.
+/// The Python exception with the text that the program prints.
 pub fn of_carom(error: carom::Error) -> PyErr {
     let text = format!("failed to {error}");
     match error {

@@ -10,7 +10,7 @@ use crate::robot::arm::MARGIN;
 /// Radius in m about the base's axis that the tip keeps clear of where the rig file states none: the foot of a small arm.
 const KEEP_OUT: f64 = 0.1;
 
-/// A tip of the rig's radius may move along this path: straight lines between points (m). `what` names the path's points.
+/// Checks that a tip of the rig's radius may move along this path: straight lines between points (m). `what` names the path's points.
 pub(crate) fn path(rig: &Rig, what: &[(&str, Point)]) -> Result<(), BrokenLimit> {
     what.iter()
         .try_for_each(|(name, at)| point(rig, name, *at))?;
@@ -25,7 +25,7 @@ pub(crate) fn path(rig: &Rig, what: &[(&str, Point)]) -> Result<(), BrokenLimit>
     })
 }
 
-/// What holds for a path where it holds for its corners: the area, and the farthest reach.
+/// Checks what holds for a path if it holds for its corners: the area, and the farthest reach.
 fn point(rig: &Rig, name: &str, at: Point) -> Result<(), BrokenLimit> {
     let (table, robot, radius) = (&rig.table, &rig.robot, rig.striker.radius);
     let base = robot.base.unwrap_or_default();
@@ -72,7 +72,7 @@ fn point(rig: &Rig, name: &str, at: Point) -> Result<(), BrokenLimit> {
     }
 }
 
-/// What holds for every point of a straight line.
+/// Checks what must hold at every point of a straight line.
 fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit> {
     let (robot, radius) = (&rig.robot, rig.striker.radius);
     let base = robot.base.unwrap_or_default();
@@ -123,7 +123,7 @@ fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit>
     Ok(())
 }
 
-/// An object may slide from here to there (m), whatever way it is turned.
+/// Checks that an object may slide from here to there (m), whatever way it is turned.
 pub(crate) fn object(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimit> {
     let half_width = rig.object.solid.reach();
     for (number, obstacle) in rig.robot.obstacles.iter().enumerate() {

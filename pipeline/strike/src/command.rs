@@ -11,7 +11,7 @@ use crate::limits::{self, BrokenLimit};
 use crate::plan::{Details, GOOD_FOR};
 use crate::{Plan, PlannerError, Reason, Refusal, clearance, motion};
 
-/// The version's name in plans that no version made.
+/// The name that stands for the version in plans that no version made.
 const NO_VERSION: &str = "none";
 
 /// Plans strikes by their command, in a world that predicts where the object stops.
@@ -25,13 +25,12 @@ pub struct CommandPlanner {
 }
 
 impl CommandPlanner {
-    /// By the world before anything is measured.
+    /// Plans in the nominal world, before anything is measured.
     pub fn nominal(rig: &Rig) -> Result<Self, PlannerError> {
         Self::in_world(NO_VERSION, Model::Nominal, rig, &World::nominal(rig))
     }
 
-    /// By the world of a version's best model, within the limits of a robot's own rig file, which must pass
-    /// [`crate::identity::check`].
+    /// Plans in the world of a version's best model, within the limits of a robot's own rig file, which must pass [`crate::identity::check`].
     pub fn published(artifact: &Artifact, rig: &Rig) -> Result<Self, PlannerError> {
         let best = artifact.manifest.provenance.default_model;
         // The world predicts the stop; a residual corrects commands for targets.
@@ -61,12 +60,12 @@ impl CommandPlanner {
         })
     }
 
-    /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
+    /// This planner, its plans executable for `good_for` after they are made; 5 s unless given.
     pub fn good_for(self, good_for: Duration) -> Self {
         Self { good_for, ..self }
     }
 
-    /// The same, whose strikes are stamped by another clock of the day than this computer's.
+    /// This planner, its strikes stamped by `clock` in place of this computer's clock.
     pub fn by_clock(self, clock: fn() -> SystemTime) -> Self {
         Self { clock, ..self }
     }
@@ -89,8 +88,9 @@ impl CommandPlanner {
         self.plan_turned(from, command, farther, 0.0)
     }
 
-    /// The same for an object that is seen turned by `yaw` (rad) from the table's axes: a box is struck as it stands, and refused where
-    /// it is turned too far.
+    /// The strike, by this command, of an object at rest at `from` (m) that is seen turned by `yaw` (rad) from the table's axes, or why it is not
+    /// made. A box is struck as it stands, and refused where it is turned too far. The object must stay on the table even if it slides `farther`
+    /// times as far as it is foreseen to.
     pub fn plan_turned(
         &self,
         from: Point,

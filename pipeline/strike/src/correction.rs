@@ -9,14 +9,14 @@ use world::{Shift, Simulated, Simulator, SolveSettings, SolveStatus};
 use crate::Reason;
 use crate::limits::{self, BrokenLimit};
 
-/// How far beyond the commands learnt from a launch map is asked, in half widths of their range: the arm's own scatter about its
+/// Distance beyond the commands learnt from up to which a launch map is asked, in half widths of their range: the arm's own scatter about its
 /// outermost commands, and no more.
 const BEYOND: f64 = 0.1;
-/// How far beyond what it adds on the strikes that it learnt from a residual may add, in half widths of that range: between
-/// strikes and at the trained region's edge it goes on smoothly, and a residual that adds more is not the one that was judged.
+/// Excess over what a residual adds on the strikes that it learnt from, up to which it may add, in half widths of that range. Between strikes and at
+/// the trained region's edge it goes on smoothly; one that adds more is not the one that was judged.
 const BEYOND_ADDED: f64 = 1.0;
 
-/// A residual in its world.
+/// A residual and the world that it adds to.
 pub(crate) enum Correction {
     /// The world in which the arm delivers what the map says.
     Launch(Box<Simulator>, LaunchMap),
@@ -25,7 +25,7 @@ pub(crate) enum Correction {
 }
 
 impl Correction {
-    /// None where the version's model adds nothing.
+    /// The correction of a version's model beside the world alone; none where the model adds nothing.
     pub(crate) fn in_world(alone: &Simulator, residual: Option<&ResidualModel>) -> Option<Self> {
         let same = alone.shifted(alone.shift());
         Some(match residual? {
@@ -39,7 +39,7 @@ impl Correction {
         })
     }
 
-    /// The same on a table that differs so.
+    /// This correction on a table that differs by `shift` from the world's own; networks do not change with it.
     pub(crate) fn shifted(&self, shift: Shift) -> Self {
         match self {
             Self::Launch(delivering, map) => {
@@ -107,7 +107,7 @@ impl Correction {
         }
     }
 
-    /// What it adds lies within what it adds on the strikes that it learnt from, or a little beyond.
+    /// Checks that what the residual adds lies within what it adds on the strikes that it learnt from, or a little beyond.
     pub(crate) fn check_added(
         &self,
         explained: &TrainingExtent,
@@ -144,8 +144,8 @@ impl Correction {
         }
     }
 
-    /// Root mean square of what a launch map does not know of a command, beside what strikes scatter by, as a share of the path's length:
-    /// distance goes as speed squared, bearing as angle.
+    /// Root mean square error to expect of a launch map at a command, beyond the scatter of strikes, as a share of the path's length: distance goes
+    /// as speed squared, bearing as angle.
     pub(crate) fn unsure(&self, command: Command) -> f64 {
         let Self::Launch(_, map) = self else {
             return 0.0;
@@ -156,8 +156,8 @@ impl Correction {
         (4.0 * beyond(speed, parts.speed.scatter) + beyond(angle, parts.angle.scatter)).sqrt()
     }
 
-    /// Mean distance between stop and target, as a share of the path's length: as the training's held-out commands missed and, of a
-    /// launch map, as sure as it is of this command.
+    /// Mean distance to expect between stop and target, as a share of the path's length: the misses of the training's held-out commands and, with a
+    /// launch map, its own uncertainty at this command.
     pub(crate) fn expected_miss(&self, explained: &TrainingExtent, command: Command) -> f64 {
         match self {
             Self::Networks(..) => explained.miss,
@@ -166,7 +166,7 @@ impl Correction {
     }
 }
 
-/// The range by [`BEYOND_ADDED`] wider on each side.
+/// The range, widened by [`BEYOND_ADDED`] on each side.
 fn wider(range: Interval) -> Interval {
     let by = 0.5 * BEYOND_ADDED * (range.high - range.low);
     Interval {

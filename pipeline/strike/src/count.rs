@@ -11,7 +11,7 @@ use crate::log::{HIGHEST, highest};
 
 const COUNT: &str = "struck";
 const LOCK: &str = ".struck.lock";
-/// Tries for the lock, and the pause between two: another executor holds it for a few milliseconds.
+/// Number of tries for the lock, and the pause between two: another executor holds it for a few milliseconds.
 const TRIES: (u32, Duration) = (200, Duration::from_millis(10));
 
 /// Takes the number of the next strike, from 0, for the embedded rig of this folder; it is not given again. Numbered logs in the

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant, SystemTime};
 /// A clock that was set by more than this, in s, is reported. What keeps a clock in time by making it run slower or faster (NTP, PTP) does
 /// that to both clocks alike (clock_gettime(2)): apart they come by a step alone, or by sleep.
 const SET: f64 = 0.001;
-/// Both clocks are read so often, and the quickest reading counts: between the two a program may lose its processor.
+/// Number of times that both clocks are read; the quickest reading counts, for between the two a program may lose its processor.
 const READINGS: usize = 5;
 
 /// This computer's two clocks at one moment. Stamps by it do not jump where the clock of the day is set.
@@ -17,12 +17,12 @@ pub struct Epoch {
 }
 
 impl Epoch {
-    /// As both stand now.
+    /// This computer's clock of the day and its monotonic clock as they stand now.
     pub fn now() -> Self {
         Self::by(SystemTime::now)
     }
 
-    /// The same by another clock of the day.
+    /// This computer's monotonic clock and `clock` as they stand now.
     pub(crate) fn by(clock: fn() -> SystemTime) -> Self {
         let reading = || {
             let before = Instant::now();
@@ -41,7 +41,7 @@ impl Epoch {
         quickest
     }
 
-    /// The same two clocks as they stand now.
+    /// This epoch's two clocks read again.
     pub(crate) fn anew(&self) -> Self {
         Self::by(self.clock)
     }
@@ -62,7 +62,7 @@ impl Epoch {
         (by.abs() > SET).then_some(by)
     }
 
-    /// What a person is told where that was in a strike, planned then.
+    /// The warning for a person that the clock was set during a strike, where this epoch is that of its plan; none where it was not.
     pub fn was_set(&self) -> Option<String> {
         self.set_by().map(|by| {
             format!(
@@ -72,7 +72,7 @@ impl Epoch {
         })
     }
 
-    /// And where it was between two strikes, the first of which ended then.
+    /// The warning for a person that the clock was set between two strikes, where this epoch is the end of the first; none where it was not.
     pub(crate) fn was_set_between(&self) -> Option<String> {
         self.set_by().map(|by| {
             format!(

@@ -3,7 +3,7 @@
 use store::Model;
 use world::WorldError;
 
-/// Texts complete "failed to …".
+/// Why nothing could be planned at all. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum PlannerError {

@@ -12,7 +12,7 @@ use values::Rig;
     differences.join(", ")
 )]
 pub struct OtherRig {
-    /// What differs, such as `[object] mass is 0.1 in the artifact, 0.2 here`.
+    /// The differing keys, such as `[object] mass is 0.1 in the artifact, 0.2 here`.
     pub differences: Vec<String>,
 }
 
@@ -78,7 +78,7 @@ fn rule(section: &str, key: &str) -> Rule {
 }
 
 impl Rule {
-    /// Whether the one value may stand where the other was agreed: it is the same, or stricter.
+    /// Whether one value may stand where the other was agreed: it is the same, or stricter.
     fn is_stricter(self, one: &Value, other: &Value) -> bool {
         let number = Value::as_f64;
         let ends = |value: &Value| Some((number(value.get(0)?)?, number(value.get(1)?)?));

@@ -13,13 +13,13 @@ use crate::robot::arm::Height;
 /// An object that was put back lies farther than this, in m, from where it stopped.
 const PUT_BACK: f64 = 0.02;
 
-/// Where the last strike left the object: there it must not be struck, for nobody has put it anywhere.
+/// Where the last strike left the object. There it must not be struck again: nobody has put it back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum LastStop {
     None,
-    /// There, in m.
+    /// The object was seen to stop here, in m.
     At(Point),
-    /// It was not seen to stop: where it is seen at rest next, in m once it was, it may have stopped.
+    /// The object was not seen to stop. The place where it is seen at rest next, in m once it was, may be where it stopped.
     Unseen(Option<Point>),
 }
 
@@ -37,7 +37,7 @@ pub struct Memory {
     stop: LastStop,
     /// When, in s since 1970, a strike was begun whose record was not written, or reported as lost, yet.
     begun: Option<u64>,
-    /// The same, as an earlier program left it.
+    /// When, in s since 1970, an earlier program began a strike and kept no record of it; none once a person was told.
     lost: Option<u64>,
     /// Where a strike that was not ended left the tip, or will have if this program is killed in it; none after one that was ended.
     left: Option<Height>,
@@ -49,7 +49,8 @@ pub fn memory_folder() -> Result<PathBuf, NoMemory> {
     folder_by(|name| env::var_os(name))
 }
 
-/// The same by these variables. A path that is not absolute would be another folder for each call.
+/// The folder of what is kept by arm, by these environment variables. Errors where neither is an absolute path: a relative one would be another
+/// folder for each call.
 fn folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Result<PathBuf, NoMemory> {
     let set = |name: &str| {
         variable(name)
@@ -63,7 +64,7 @@ fn folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Result<PathBuf, NoM
 }
 
 impl Memory {
-    /// What is kept of an arm. A file that cannot be understood says that an object may lie where it stopped.
+    /// Opens what is kept of an arm, by its serial number. A file that cannot be understood counts as saying that an object may lie where it stopped.
     pub fn open(folder: &Path, serial: &str) -> Result<Self, durable::Error> {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
         let name: String = serial.chars().map(plain).take(100).collect();
@@ -84,7 +85,7 @@ impl Memory {
         })
     }
 
-    /// What a person is told of a strike that an earlier program began and kept no record of; once.
+    /// The warning for a person of a strike that an earlier program began and kept no record of; once.
     pub fn lost(&mut self) -> Option<String> {
         let begun = UNIX_EPOCH + Duration::from_secs(self.lost.take()?);
         let ago = SystemTime::now().duration_since(begun);
@@ -98,7 +99,7 @@ impl Memory {
         ))
     }
 
-    /// A strike is begun at this height (m): whatever ends this program before its record is written is told by the next one.
+    /// Notes that a strike begins at this height (m): whatever ends this program before its record is written is told by the next one.
     pub(crate) fn begin(&mut self, height: Height) -> Result<(), durable::Error> {
         self.left = Some(height);
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
@@ -106,7 +107,7 @@ impl Memory {
         self.keep(LastStop::Unseen(None))
     }
 
-    /// Its record was written, or a person was told that it was not.
+    /// Notes that the strike's record was written, or that a person was told that it was not.
     pub fn recorded(&mut self) {
         if self.begun.take().is_some() {
             // What cannot be kept is told once more.
@@ -119,7 +120,7 @@ impl Memory {
         self.left
     }
 
-    /// The same, from now on; it is kept with the next stop.
+    /// Sets where a strike that was not ended left the tip; written to the disk with the next stop.
     pub(crate) fn left_at(&mut self, left: Option<Height>) {
         self.left = left;
     }

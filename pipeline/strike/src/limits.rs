@@ -9,19 +9,19 @@ use world::Simulated;
 use crate::Reason;
 use crate::stroke::Stroke;
 
-/// Paths shorter than this, in m, are no strike: the camera cannot distinguish them from rest.
+/// Shortest path, in m: the camera cannot distinguish a shorter one from rest.
 const SHORTEST_PATH: f64 = 1e-3;
-/// After the impact the tip stays so far from the object, in m: several times what the camera's noise and a share of a tenth in
-/// friction move either by before the tip is at rest.
+/// Distance, in m, that the tip keeps from the object after the impact: several times what the camera's noise and a tenth more or less friction move
+/// either by before the tip is at rest.
 const SECOND_PUSH_MARGIN: f64 = 0.005;
-/// Samples of tip and object after the impact, a second.
+/// Rate, in Hz, at which tip and object are sampled after the impact.
 const SAMPLES: f64 = 1e3;
-/// A box may stand turned so far, in rad: fifteen degrees, over which the world is tested to strike it as a rigid body is struck.
+/// Angle, in rad, up to which a box may stand turned: fifteen degrees, over which the world is tested to strike it as a rigid body is struck.
 const MOST_TURN: f64 = 0.26;
 
 pub(crate) type BrokenLimit = (Reason, String);
 
-/// A point is of numbers, and an object that rests there lies on the table with all of its footprint.
+/// Checks that a point's coordinates are finite, and that an object that rests there lies on the table with all of its footprint.
 pub(crate) fn point(rig: &Rig, name: &str, point: Point) -> Result<(), BrokenLimit> {
     let table = &rig.table;
     let name = if name.contains(' ') {
@@ -68,7 +68,7 @@ pub(crate) fn point(rig: &Rig, name: &str, point: Point) -> Result<(), BrokenLim
     Ok(())
 }
 
-/// Both points are numbers, on the table, and apart.
+/// Checks that both points are finite, on the table, and apart.
 pub(crate) fn points(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimit> {
     point(rig, "from", from)?;
     point(rig, "to", to)?;
@@ -86,7 +86,7 @@ pub(crate) fn points(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimi
     Ok(())
 }
 
-/// Path and target lie where training strikes went.
+/// Checks that path and target lie where training strikes went.
 pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<(), BrokenLimit> {
     let path = to - from;
     let (distance, bearing) = (path.norm(), path.bearing());
@@ -111,7 +111,7 @@ pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<
     trained_stop(region, to)
 }
 
-/// The object lies where training strikes started; older versions do not state it.
+/// Checks that the object lies where training strikes started; older versions do not state it.
 pub(crate) fn trained_start(region: &TrainedRegion, from: Point) -> Result<(), BrokenLimit> {
     let axes = [
         ("the object's x in m", from.x, region.start_x),
@@ -132,7 +132,7 @@ pub(crate) fn trained_start(region: &TrainedRegion, from: Point) -> Result<(), B
     })
 }
 
-/// The target lies where training strikes stopped.
+/// Checks that the target lies where training strikes stopped.
 pub(crate) fn trained_stop(region: &TrainedRegion, to: Point) -> Result<(), BrokenLimit> {
     let axes = [
         ("the target's x in m", to.x, region.stop_x),
@@ -177,7 +177,7 @@ impl TrainedRange {
     }
 }
 
-/// The command is one that the arm may be sent. `simulated` is the part of it that the world gave.
+/// Checks that the arm may be sent the command. `simulated` is the part of it that the world gave.
 pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result<(), BrokenLimit> {
     let robot = &rig.robot;
     if !robot.speed.contains(command.speed) {
@@ -213,7 +213,7 @@ pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result
     Ok(())
 }
 
-/// The final command, simulated without its residual, stops no farther from the target than what the residual may make good (m).
+/// Checks that the final command, simulated without its residual, stops no farther from the target than what the residual may make good (m).
 pub(crate) fn shift(to: Point, stop: Point, most: f64) -> Result<(), BrokenLimit> {
     let distance = stop.distance(to);
     if distance <= most {
@@ -229,7 +229,7 @@ pub(crate) fn shift(to: Point, stop: Point, most: f64) -> Result<(), BrokenLimit
     ))
 }
 
-/// The final command, simulated without its residual, stops on the table.
+/// Checks that the final command, simulated without its residual, stops on the table.
 pub(crate) fn shifted_on_table(table: &values::Table, stop: Point) -> Result<(), BrokenLimit> {
     if table.contains(stop) {
         return Ok(());
@@ -244,7 +244,7 @@ pub(crate) fn shifted_on_table(table: &values::Table, stop: Point) -> Result<(),
     ))
 }
 
-/// What a residual adds, in this unit, lies in a range.
+/// Checks that what a residual adds, in this unit, lies in a range.
 pub(crate) fn added(unit: &str, added: f64, most: Interval) -> Result<(), BrokenLimit> {
     if most.contains(added) {
         return Ok(());
@@ -268,8 +268,8 @@ fn residual_too_large(stop: Point, detail: &str) -> BrokenLimit {
     )
 }
 
-/// After the impact tip and object part and never meet again, while either moves. `clear` (m) is the distance of their centres at
-/// which they cannot touch, however the object is turned.
+/// Checks that after the impact tip and object part and never meet again, while either moves. `clear` (m) is the distance of their centres at which
+/// they cannot touch, however the object is turned.
 pub(crate) fn second_push(
     stroke: &Stroke,
     object: &Simulated,
@@ -347,7 +347,7 @@ pub(crate) fn turn(rig: &Rig, yaw: f64) -> Result<Option<f64>, BrokenLimit> {
     ))
 }
 
-/// A turned box is struck on its face as training strikes struck theirs: its path leads along a trained bearing from its own edges, too.
+/// Checks that a turned box is struck on its face as training strikes struck theirs: its path leads along a trained bearing from its own edges, too.
 pub(crate) fn trained_face(
     region: &TrainedRegion,
     path: Point,
@@ -364,7 +364,7 @@ pub(crate) fn trained_face(
     quantity.check()
 }
 
-/// A number for a person: beyond any table's size by its digits and power of ten.
+/// A number as a person reads it: beyond any table's size by its digits and power of ten.
 fn number(value: f64) -> String {
     if value.abs() < 1e4 {
         format!("{value:.4}")
@@ -373,7 +373,7 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A point for a person, in m.
+/// A point, in m, as a person reads it.
 pub(crate) fn place(point: Point) -> String {
     format!("({}, {})", number(point.x), number(point.y))
 }

@@ -11,7 +11,7 @@ use values::Topics;
 /// Where a log goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination {
-    /// This file, which must not be there yet.
+    /// This file, which must not exist yet.
     File(PathBuf),
     /// The next free `strike_NNNNNN.mcap` of this folder.
     Next(PathBuf),
@@ -69,13 +69,13 @@ impl OpenLog {
         })
     }
 
-    /// States where the strike comes from; it is written into the log.
+    /// Sets where the strike comes from (program, version, plan); it is written into the log.
     pub fn about(mut self, lineage: Lineage) -> Self {
         self.lineage = lineage;
         self
     }
 
-    /// Takes so many bytes of the disk now, so that a disk that fills up while the arm strikes loses nothing.
+    /// Allocates `bytes` on the disk now, so that a disk that fills up while the arm strikes loses nothing.
     pub fn reserve(mut self, bytes: u64) -> Result<Self, LogError> {
         self.aside.reserve(bytes)?;
         Ok(self)
@@ -89,7 +89,7 @@ impl OpenLog {
         self.write_with(samples, &[], topics)
     }
 
-    /// The same with the messages of live topics, in order of time, as they were received.
+    /// Writes one strike as [`write`](Self::write) does, with the messages of live topics as they were received, in order of time.
     pub fn write_with(
         self,
         samples: &Samples,
@@ -240,8 +240,8 @@ fn beside(path: &Path) -> impl Iterator<Item = PathBuf> {
 const ASIDE: &str = "strike";
 const PREFIX: &str = "strike_";
 const SUFFIX: &str = ".mcap";
-/// Higher numbers than this in a log's name are not counted on from: no robot makes so many strikes, and stamps of the embedded
-/// rig, five seconds a strike, would leave the range of their clock.
+/// Highest number in a log's name that is counted on from: no robot makes so many strikes, and stamps of the embedded rig, five seconds a strike,
+/// would leave the range of their clock.
 pub(crate) const HIGHEST: usize = 999_999_999;
 
 /// The highest number that a log in the folder has; 0 where there is none.

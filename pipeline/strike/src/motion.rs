@@ -7,7 +7,7 @@ use crate::limits::BrokenLimit;
 use crate::stroke::Stroke;
 use crate::{Reason, clearance};
 
-/// Speeds that are tried, to say which one would fit.
+/// Number of speeds that are tried to say which one would fit.
 const SPEEDS: u32 = 60;
 
 /// The motion of the tip, where the arm may go all along it.

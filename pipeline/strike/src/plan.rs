@@ -16,9 +16,9 @@ use crate::limits::{self, BrokenLimit};
 use crate::stroke::Stroke;
 use crate::{Reason, clearance};
 
-/// A mean of fewer strikes than this says little: at ten it is known to a fifth or so.
+/// Number of strikes below which their mean says little: at ten it is known to a fifth or so.
 pub const FEW: usize = 10;
-/// How long a plan is good for unless the planner says otherwise: later, the object may lie elsewhere.
+/// How long a plan may be executed after it was made, unless the planner says otherwise: later, the object may lie elsewhere.
 pub(crate) const GOOD_FOR: Duration = Duration::from_secs(5);
 
 /// One strike, planned and within every limit. Only a [`crate::Planner`] makes one, and nothing can change it: what is read of
@@ -39,7 +39,7 @@ pub struct Plan {
     good_for: Duration,
 }
 
-/// What a plan says.
+/// The numbers of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Details {
     /// Version of the artifact that planned it, such as `v0003`.
@@ -79,9 +79,9 @@ pub struct Details {
     pub acceleration: f64,
     /// Root mean square of the distance between target and stop to expect, in m. None where nothing is known of it.
     pub expected_miss: Option<f64>,
-    /// On how many strikes that stands: below [`FEW`] the miss is hardly known.
+    /// Number of strikes that the expected miss was estimated from: below [`FEW`] the miss is hardly known.
     pub expected_miss_strikes: Option<usize>,
-    /// Whether that holds only if the table is as it was: no strike of this session was seen.
+    /// Whether the expected miss holds only if the table is unchanged: no strike of this session was seen.
     pub if_as_before: bool,
     /// What recent strikes showed of the table; none where none was given.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -91,16 +91,16 @@ pub struct Details {
 /// The table as recent strikes show it, beside the version's own: values with their standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Adapted {
-    /// Strikes that showed it.
+    /// Number of strikes that showed the table.
     pub strikes: usize,
     /// The shift that is planned with: logarithms of factors on friction and launch speed, and an angle in rad.
     pub shift: Shift,
-    /// Standard deviations of the three.
+    /// Standard deviations of the three values of the shift.
     pub deviations: [f64; 3],
 }
 
 impl Adapted {
-    /// None before any strike.
+    /// The table that a filter believes in; none before any strike.
     pub(crate) fn of(table: &Filter) -> Option<Self> {
         (table.strikes() > 0).then(|| Self {
             strikes: table.strikes(),
@@ -130,7 +130,7 @@ impl Plan {
 }
 
 impl Details {
-    /// Of a command that nothing is added to, and of which nothing is known from held-out strikes.
+    /// The details of a command that nothing is added to, and of which nothing is known from held-out strikes.
     pub(crate) fn unaided(
         (artifact, model): (String, Model),
         (from, to): (Point, Point),
@@ -172,7 +172,7 @@ impl Deref for Plan {
     }
 }
 
-/// The same strike, whenever it was planned.
+/// Plans are equal where they make the same strike, whenever they were made.
 impl PartialEq for Plan {
     fn eq(&self, other: &Self) -> bool {
         self.details == other.details
@@ -191,7 +191,7 @@ impl Plan {
         }
     }
 
-    /// The same by another clock of the day.
+    /// This plan, its strike stamped by `clock` in place of this computer's clock.
     pub(crate) fn by_clock(self, clock: fn() -> SystemTime) -> Self {
         let epoch = Epoch::by(clock);
         Self { epoch, ..self }
@@ -220,7 +220,7 @@ impl Plan {
         &self.rig
     }
 
-    /// Whether the plan still holds: it is no older than it is good for, and command and path are within the limits of its rig.
+    /// Checks whether the plan still holds: it is no older than it is good for, and command and path are within the limits of its rig.
     pub(crate) fn check_again(&self) -> Result<(), BrokenLimit> {
         let age = self.made.elapsed();
         if age > self.good_for {

@@ -14,13 +14,13 @@ use crate::plan::{Adapted, Details, GOOD_FOR};
 use crate::recent::{Acting, Recent};
 use crate::{Plan, PlannerError, Reason, Refusal, clearance, motion};
 
-/// How a start is named that was chosen here.
+/// The name, in refusals, of a start that was chosen here.
 const CHOSEN_START: &str = "the start in the middle of the trained paths (no --from was given)";
 
-/// How many times the 95th percentile of what the world alone missed by on held-out strikes the residual may move a stop: one in
-/// twenty strikes needs more than once that, and none of a thousand draws from a normal distribution twice.
+/// Greatest move of a stop by the residual, in units of the 95th percentile of the world's own misses on held-out strikes: one in twenty strikes
+/// needs more than once that, and none of a thousand draws from a normal distribution twice.
 const MOST_SHIFT: f64 = 2.0;
-/// Share of the path by which the residual may move a stop where nobody measured what the world alone misses by.
+/// Greatest share of the path by which the residual may move a stop where nobody measured what the world alone misses by.
 const UNKNOWN_SHIFT: f64 = 0.1;
 
 /// Root mean square over mean of the distance from the middle of a round normal distribution, √(4/π).
@@ -33,19 +33,19 @@ pub struct Planner {
     rig: Arc<Rig>,
     simulator: Simulator,
     residual: Option<Correction>,
-    /// The model on tables that differ a little.
+    /// The model on its table and on tables a step beside it, for derivatives by the table's shift.
     beside: Observer,
     table: Filter,
-    /// Whether strikes of the session that is planned in show it.
+    /// Whether strikes of the session that is planned for have shown the table.
     is_seen: bool,
-    /// What the residual's training explains.
+    /// The extent of what the residual's training explains; none where the version does not state it.
     explained: Option<TrainingExtent>,
     region: TrainedRegion,
-    /// Of the model on held-out strikes.
+    /// Stop errors of the model on held-out strikes.
     metrics: Option<StopErrors>,
-    /// Of the same world without the residual on held-out strikes; none for a model without one.
+    /// Stop errors of the world without the residual on held-out strikes; none for a model without one.
     unaided: Option<StopErrors>,
-    /// What it plans in: a session that is not known, after all strikes that the version knows.
+    /// The conditions that it plans for: a session that is not known, after all strikes that the version knows.
     conditions: Conditions,
     good_for: Duration,
 }
@@ -57,7 +57,8 @@ impl Planner {
         Self::within(artifact, model, &artifact.rig)
     }
 
-    /// The same, within the limits of a robot's own rig file, which must pass [`crate::identity::check`].
+    /// The planner of one of the artifact's models, within the limits of a robot's own rig file, which must pass [`crate::identity::check`]. Errors
+    /// if the artifact does not hold the model, or its world does not compile.
     pub fn within(artifact: &Artifact, model: Model, rig: &Rig) -> Result<Self, PlannerError> {
         let version = &artifact.version;
         let (world, residual) = artifact
@@ -102,7 +103,7 @@ impl Planner {
         })
     }
 
-    /// The same in a session that the version knows. Errors where it does not.
+    /// This planner, for a session that the version knows. Errors where it does not know it.
     pub fn in_session(mut self, artifact: &Artifact, session: &str) -> Result<Self, PlannerError> {
         let effects = artifact.effect.as_ref();
         let known = effects.map_or_else(BTreeSet::new, |effect| effect.world.known_sessions());
@@ -118,7 +119,7 @@ impl Planner {
         Ok(self)
     }
 
-    /// Before any recent strike, for [`Planner::follow`].
+    /// The table before any recent strike, to be passed to [`Planner::follow`].
     pub fn recent(&self) -> Recent {
         Recent::new(self.table.varies())
     }
@@ -159,8 +160,9 @@ impl Planner {
             })
     }
 
-    /// The same on the table that recent strikes show. `is_today` says that the last of them is of the session to plan in; else a new one
-    /// begins, and nothing is seen of it yet: no more than where every strike of it is bad.
+    /// This planner on the table as recent strikes show it. `is_today` says that the last of them is of the session to plan in; else a new session
+    /// begins. Until a strike of the session shows the table (none yet, or all of them bad), it is taken to be as identified, within what sessions
+    /// usually differ by.
     pub fn adapted(mut self, recent: &Recent, is_today: bool) -> Self {
         let mut recent = recent.clone();
         if !is_today {
@@ -181,12 +183,12 @@ impl Planner {
         self
     }
 
-    /// The same, whose plans may be executed for so long after they were made; 5 s unless given.
+    /// This planner, its plans executable for `good_for` after they are made; 5 s unless given.
     pub fn good_for(self, good_for: Duration) -> Self {
         Self { good_for, ..self }
     }
 
-    /// The same, for so much longer.
+    /// This planner, its plans executable for `by` longer.
     pub fn good_for_longer(self, by: Duration) -> Self {
         let good_for = self.good_for + by;
         self.good_for(good_for)
@@ -197,7 +199,7 @@ impl Planner {
         &self.rig
     }
 
-    /// Where an object lies whose path to `to` (m) is as near to the middle of the trained paths as trained starts allow, to a tenth of a
+    /// The start of an object whose path to `to` (m) is as near to the middle of the trained paths as trained starts allow, to a tenth of a
     /// millimetre: for a try without a camera. Refuses a target that no start would mend.
     pub fn usual_start(&self, to: Point) -> Result<Point, Refusal> {
         /// Parts of the ranges of trained lengths and bearings that are tried, from their middles on.
@@ -250,8 +252,8 @@ impl Planner {
         self.plan_turned(from, to, 0.0)
     }
 
-    /// The same for an object that is seen turned by `yaw` (rad) from the table's axes: a box is struck as it stands, and refused where
-    /// it is turned too far.
+    /// The strike that brings an object at rest at `from`, seen turned by `yaw` (rad) from the table's axes, to rest at `to` (m), or why it is not
+    /// made. A box is struck as it stands, and refused where it is turned too far.
     pub fn plan_turned(&self, from: Point, to: Point, yaw: f64) -> Result<Plan, Refusal> {
         limits::turn(&self.rig, yaw)
             .and_then(|turn| self.try_plan(from, to, turn))
@@ -303,7 +305,7 @@ impl Planner {
         Ok(Plan::new(details, stroke, self.rig.clone(), self.good_for))
     }
 
-    /// How far (m) the residual may move the simulated stop from the target: it makes good what the world alone misses by, on the
+    /// Greatest distance (m) that the residual may move the simulated stop from the target: it makes good what the world alone misses by, on the
     /// strikes that it learnt from or, where the version does not state it, on held-out ones.
     fn farthest_shift(&self, path: Point) -> f64 {
         if let Some(explained) = self.explained {
@@ -327,7 +329,7 @@ impl Planner {
         }
     }
 
-    /// On how many strikes the expected miss stands: those that show how strikes scatter beside the model, of a residual those that it
+    /// Number of strikes that the expected miss was estimated from: those that show how strikes scatter beside the model, of a residual those that it
     /// learnt from; else those held out.
     fn expected_miss_strikes(&self) -> Option<usize> {
         let shown = self.table.varies().strikes;

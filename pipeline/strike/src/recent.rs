@@ -5,7 +5,7 @@ use store::ResidualModel;
 use values::Strike;
 use world::{Filter, Observation, Observer, Simulator, TableChanged, Varies};
 
-/// Strikes that lie so far apart (s) are of two sessions: a table is switched off, cleaned, set up anew.
+/// Time in s between two strikes from which they are of two sessions: a table is switched off, cleaned, set up anew.
 pub const SESSION_GAP: f64 = 4.0 * 3600.0;
 
 /// A table that is followed from strike to strike.
@@ -13,7 +13,7 @@ pub const SESSION_GAP: f64 = 4.0 * 3600.0;
 #[serde(deny_unknown_fields)]
 pub struct Recent {
     filter: Filter,
-    /// Strikes seen, those included that show no free slide.
+    /// Number of strikes seen, those included that show no free slide.
     seen: usize,
     /// Stamp of the last one's first motion, in s.
     last: Option<f64>,
@@ -24,12 +24,12 @@ pub(crate) struct Acting<'a> {
     pub delivering: &'a Simulator,
     pub alone: &'a Simulator,
     pub residual: Option<&'a ResidualModel>,
-    /// Strikes that the version knows: the order of the next one.
+    /// Number of strikes that the version knows: the order of the next one.
     pub order: f64,
 }
 
 impl Recent {
-    /// Before any strike.
+    /// A table before any strike was followed.
     pub fn new(varies: &Varies) -> Self {
         Self {
             filter: Filter::new(varies),
@@ -38,12 +38,12 @@ impl Recent {
         }
     }
 
-    /// What is known of the table.
+    /// The belief about the table.
     pub fn filter(&self) -> &Filter {
         &self.filter
     }
 
-    /// Strikes seen, those included that show no free slide.
+    /// Number of strikes seen, those included that show no free slide.
     pub fn seen(&self) -> usize {
         self.seen
     }
@@ -53,7 +53,7 @@ impl Recent {
         self.last
     }
 
-    /// A session begins before the next strike, whatever its stamp says.
+    /// Begins a session before the next strike, whatever its stamp says.
     pub(crate) fn begin_session(&mut self) {
         self.filter.begin_session();
     }

@@ -134,7 +134,7 @@ mod tests {
     struct Noting {
         calls: Vec<&'static str>,
         fails: Vec<&'static str>,
-        /// Its check takes so long.
+        /// Time that its check takes.
         checks_for: Duration,
     }
 

@@ -5,8 +5,8 @@ use values::{Command, Point, Robot};
 
 /// Length in m over which the tip holds the striking speed before it strikes (paper, section 3.1).
 const PLATEAU: f64 = 0.010;
-/// An arm also holds it so far beyond, in m: its controller may begin to brake a little early, and reports, 4 ms apart, show the speed of
-/// the touch between two of them.
+/// Distance, in m, over which an arm also holds the speed beyond the strike: its controller may begin to brake a little early, and reports, 4 ms
+/// apart, show the speed of the touch between two of them.
 const FOLLOW_THROUGH: f64 = 0.005;
 
 /// A change of speed from rest, or to rest, limited in acceleration and jerk.
@@ -15,14 +15,14 @@ pub struct Ramp {
     speed: f64,
     /// Greatest acceleration that it comes to, in m/s².
     acceleration: f64,
-    /// Seconds in which it comes to that; 0 without a limit of the jerk.
+    /// Time, in s, to reach that acceleration; 0 without a limit of the jerk.
     rise: f64,
     /// Seconds that it lasts.
     pub duration: f64,
 }
 
 impl Ramp {
-    /// From rest to `speed` (m/s) under limits in m/s² and m/s³.
+    /// The ramp from rest to `speed` (m/s) under limits in m/s² and m/s³.
     pub fn to(speed: f64, acceleration: f64, jerk: Option<f64>) -> Self {
         let (acceleration, rise) = match jerk {
             None => (acceleration, 0.0),
@@ -71,7 +71,7 @@ impl Ramp {
     }
 }
 
-/// Where the tip's centre is when, in m and s; it moves on a straight line.
+/// Position of the tip's centre over time, in m and s; it moves on a straight line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Stroke {
     /// At rest, at time 0.
@@ -134,7 +134,7 @@ impl Stroke {
         )
     }
 
-    /// From start to stop, in m.
+    /// Distance from start to stop, in m.
     pub fn length(&self) -> f64 {
         self.start.distance(self.stop)
     }

@@ -15,12 +15,12 @@ pub(crate) fn plan() -> Plan {
     make(0.8, GOOD_FOR)
 }
 
-/// The same, good for so long.
+/// A plan that moves an object from (0.3, 0) to (0.6, 0), executable for `good_for`.
 pub(crate) fn plan_good_for(good_for: Duration) -> Plan {
     make(0.8, good_for)
 }
 
-/// The same with another speed, in m/s.
+/// A plan of a strike from (0.3, 0) at `speed` (m/s).
 pub(crate) fn plan_at(speed: f64) -> Plan {
     make(speed, GOOD_FOR)
 }

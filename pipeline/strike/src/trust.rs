@@ -14,14 +14,14 @@ use store::{Artifact, ArtifactError, Key, Store};
 
 use crate::count::locked;
 
-/// A key, and the newest that was seen of it.
+/// A public key, and the newest version that was seen of it.
 #[derive(Clone, Debug)]
 pub struct Trust {
     key: Key,
     seen: PathBuf,
 }
 
-/// What is kept of the newest version.
+/// The record of the newest version seen.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Seen {
@@ -33,7 +33,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// Whether another one may be this very version.
+    /// Whether another record may be of the same version.
     fn may_be(&self, other: &Self) -> bool {
         self.version == other.version
             && match (&self.manifest, &other.manifest) {
@@ -91,7 +91,7 @@ pub enum TrustError {
 }
 
 impl Trust {
-    /// A public key's file, and where to keep what was seen of it: beside it with the ending `seen` unless given.
+    /// Reads a public key's file; `seen` is where to keep what was seen of it: beside it with the ending `seen` unless given.
     pub fn open(key: &Path, seen: Option<&Path>) -> Result<Self, TrustError> {
         let bad = |why: String| TrustError::BadKey {
             path: key.into(),
@@ -109,8 +109,8 @@ impl Trust {
         &self.key
     }
 
-    /// A version (the one in use unless named) after every check. `fits` says whether it is this robot's; only one that is
-    /// becomes the newest seen.
+    /// Loads a version (the one in use unless named) after every check. `fits` says whether it is this robot's; only one that is becomes the newest
+    /// seen.
     pub fn load<E: From<TrustError>>(
         &self,
         store: &Store,

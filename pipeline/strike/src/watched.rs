@@ -11,11 +11,11 @@ use crate::live::{Live, LiveError, Resting};
 use crate::robot::arm::{Arm, Guarded, Look, RunUp};
 use crate::{Plan, RobotError, StrikeRecord, execute};
 
-/// The object is waited for so long to be seen at rest: after a strike, and after one that was not finished.
+/// How long the object is waited for to be seen at rest: after a strike, and after one that was not finished.
 const AFTER: Duration = Duration::from_secs(15);
 const AFTER_FAILURE: Duration = Duration::from_secs(2);
 
-/// An object that a strike has moved lies farther than this, in m, from where it lay.
+/// Least distance in m from where it lay of an object that a strike has moved.
 const MOVED: f64 = 0.003;
 
 /// An object that was seen at rest, and is to be struck there.
@@ -26,9 +26,9 @@ pub struct Watched {
     begun: Arc<Mutex<Option<Instant>>>,
 }
 
-/// Strikes, and keeps where that left the object, and until [`Memory::recorded`] that the strike has no record: whatever ends this program
-/// meanwhile, the object may have been struck, and unseen rest is no permission to strike it again. Where that cannot be kept nothing is struck. Also gives what the camera saw, if one watches and the tip came
-/// down to strike; `is_over` ends the waiting for that.
+/// Strikes, and keeps where that left the object, and until [`Memory::recorded`] that the strike has no record: whatever ends this program meanwhile,
+/// the object may have been struck, and unseen rest is no permission to strike it again. Where that cannot be kept nothing is struck. Also gives what
+/// the camera saw, if one watches and the tip came down to strike; `is_over` ends the waiting for that.
 pub fn strike_and_keep<D: Arm>(
     robot: &mut Guarded<D>,
     plan: &Plan,
@@ -108,14 +108,14 @@ pub struct Seen {
     pub rest: Result<Resting, LiveError>,
     /// All messages, in order of time.
     pub received: Vec<Received>,
-    /// What was left out of them, for want of memory or of one clock.
+    /// What was left out of the messages, for want of memory or of one clock.
     pub warning: Option<String>,
     /// Where the tip passed through the place of an object that was not moved: what that tells.
     pub unmoved: Option<&'static str>,
 }
 
 impl Seen {
-    /// What was not seen of a strike that was made: that the object moved, or came to rest.
+    /// What the camera did not see of a strike that was made: that the object moved, or came to rest.
     pub fn doubt(&self) -> Option<String> {
         match &self.rest {
             Ok(_) => self.unmoved.map(str::to_owned),
@@ -129,7 +129,7 @@ const UNMOVED: &str = "the tip passed through where the camera saw the object, a
                        it passed over it, look at robot.strike_height; if through it, the tracker takes another thing for the object";
 
 impl Watched {
-    /// Of an object that was seen at rest there.
+    /// A watched object that was seen at rest.
     pub fn new(live: Arc<Live>, rest: Resting) -> Self {
         Self {
             live,
@@ -138,8 +138,8 @@ impl Watched {
         }
     }
 
-    /// Looks whether it still lies there. From the last look on everything is recorded, and the arm is stopped where it is moved before the tip
-    /// can touch it.
+    /// A check that the object still lies there. From the last look on, everything is recorded, and the arm is stopped if the object is moved before
+    /// the tip can touch it.
     fn look(&self, run_up: RunUp) -> impl FnMut(Look) -> Result<(), String> + Send + use<> {
         let (live, rest, begun) = (self.live.clone(), self.rest, self.begun.clone());
         move |when| {

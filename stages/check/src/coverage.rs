@@ -3,19 +3,19 @@
 use crate::finding::{Coverage, Finding};
 use crate::pairs::Pair;
 
-/// Fewer strikes are few: of many, 81 % are learnt from, and eight must be held out to judge.
+/// Number of strikes below which they are few: of many, 81 % are learnt from, and eight must be held out to judge.
 const FEW: usize = 60;
-/// Speeds within this part, angles within this (rad) and places within this (m) are one.
+/// Relative difference of speeds, difference of angles (rad) and distance of places (m) within which they count as one.
 const ONE_SPEED: f64 = 0.1;
 const ONE_ANGLE: f64 = 0.05;
 const ONE_PLACE: f64 = 0.03;
-/// Commands within these of one another, from places within this, are repeats.
+/// Relative difference of speeds, difference of angles (rad) and distance of starts (m) within which strikes are repeats.
 const SAME_SPEED: f64 = 0.01;
 const SAME_ANGLE: f64 = 0.01;
 const SAME_PLACE: f64 = 0.01;
 
 impl Coverage {
-    /// Of pairs.
+    /// The coverage of pairs.
     pub(crate) fn of(pairs: &[Pair]) -> Self {
         if pairs.is_empty() {
             return Self::default();
@@ -58,7 +58,7 @@ impl Coverage {
         }
     }
 
-    /// What they do not cover.
+    /// A finding for each quantity that the strikes do not cover.
     pub(crate) fn findings(&self) -> Vec<Finding> {
         let width = |[low, high]: [f64; 2]| high - low;
         let extent = width(self.x).hypot(width(self.y));

@@ -40,17 +40,17 @@ impl Check {
 pub struct Measured {
     /// Commands with the motion that each began.
     pub paired: usize,
-    /// Departure heading less commanded angle, in the middle, in rad.
+    /// Median of departure heading less commanded angle, in rad.
     pub turn: Option<f64>,
-    /// Launch speed of the object in the commanded speed.
+    /// Median ratio of the object's launch speed to the commanded speed.
     pub speed_ratio: Option<f64>,
-    /// Seconds from a command's rise to the object's first motion.
+    /// Time, in s, from a command's rise to the object's first motion.
     pub rise_to_motion: Option<f64>,
-    /// From the tip's touching the object, by the measured state, to the object's first motion.
+    /// Delay from the tip's touching the object, by the measured state, to the object's first motion.
     pub encoder_to_camera: Option<Delay>,
     /// Standard deviation of a resting centroid's coordinate, in m.
     pub noise_at_rest: Option<f64>,
-    /// Part of the frames in which the tracker saw nothing.
+    /// Share of the frames in which the tracker saw nothing.
     pub frames_lost: f64,
     /// What the strikes cover.
     pub coverage: Coverage,
@@ -60,16 +60,16 @@ pub struct Measured {
 /// what shifts it by one length. Values with their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Delay {
-    /// In s; with the reach as stated, where speeds do not tell both.
+    /// The delay and its standard error, in s; with the reach as stated, where speeds do not tell both.
     pub seconds: [f64; 2],
-    /// By how much both radii together are longer than stated, in m; none where speeds do not tell.
+    /// Excess of both radii together over the stated ones, and its standard error, in m; none where speeds do not tell.
     pub reach: Option<[f64; 2]>,
-    /// Strikes that show it.
+    /// Number of strikes that show it.
     pub strikes: usize,
 }
 
 impl Delay {
-    /// Whether it is surely there, and more than a touch's moment is known to, or than the contact itself explains.
+    /// Whether the delay is significant, and more than a touch's moment is known to, or than the contact itself explains.
     pub fn is_sure(&self) -> bool {
         let [seconds, error] = self.seconds;
         let by_contact = if seconds > 0.0 { CONTACT } else { 0.0 };
@@ -81,21 +81,21 @@ impl Delay {
 /// fitted up to a frame.
 const SURE: f64 = 3.0;
 const LEAST: f64 = 0.003;
-/// A line through an object's first frames meets its rest so long after the touch at the most, in s, where clocks agree: half of the time that a
+/// Greatest time, in s, after the touch at which a line through an object's first frames meets its rest, where clocks agree: half of the time that a
 /// contact lasts, which is 10 ms of a soft tip.
 pub const CONTACT: f64 = 0.005;
 const LONG: f64 = 0.01;
-/// So long after the touch a tip is some centimetres past it, and brakes: what it delivered is not known, in s.
+/// Time, in s, after the touch from which a tip is some centimetres past the object, and brakes: what it delivered is not known then.
 const TOO_LONG: f64 = 0.03;
 
-/// Turned by more, in rad, no effect of the library can hold it (a bias of the arm, up to 0.3 rad, with an offset of the tip).
+/// Turn, in rad, beyond which no effect of the library can explain it (a bias of the arm, up to 0.3 rad, with an offset of the tip).
 pub const TURNED: f64 = 0.21;
-/// Nothing but another set-up makes objects leave so many times as fast from one strike to the next, or as slowly: their ways, which go by the square
-/// of the speed, are a third longer.
+/// Ratio of launch speeds from one strike to the next that nothing but another set-up makes: ways, which go by the square of the speed, are a third
+/// longer.
 const FASTER: f64 = 1.15;
-/// So many strikes at another time are no chance.
+/// Least number of strikes at another time that are no chance.
 const FEWEST_UNTIMELY: usize = 6;
-/// An object that is so many times as fast 70 ms after it began to move as at first was not struck, or is not seen as it moves.
+/// Ratio of an object's speed 70 ms after it began to move to its speed at first, from which it was not struck, or is not seen as it moves.
 const PUSHED: f64 = 1.5;
 
 /// How grave a finding is.
@@ -186,7 +186,7 @@ pub enum Finding {
         strikes: usize,
         correlation: f64,
     },
-    /// So many objects in a row, from this strike on (1 is the log's first), leave as the command so many places after their own says.
+    /// From strike `first` on (1 is the log's first), `others` objects in a row leave as the command `by` places after their own says.
     OtherCommands {
         log: String,
         by: isize,

@@ -10,44 +10,44 @@ use crate::finding::{Finding, TURNED};
 use crate::pairs::Pair;
 use crate::statistics::{Line, at_most, line, median, middle, wrapped};
 
-/// Fewer pairs of one log say nothing of it, and fewer of all nothing at all.
+/// Least number of pairs of one log, and of all logs, that say anything.
 const FEWEST_OF_ONE: usize = 10;
 const FEWEST: usize = 6;
-/// Commanded angles that spread by less than this are one, in rad (standard deviation).
+/// Spread of commanded angles below which they are one, in rad (standard deviation).
 const ONE_ANGLE: f64 = 0.02;
-/// Those that spread by more than this tell a gain.
+/// Spread of commanded angles, in rad, above which they tell a gain.
 const MANY_ANGLES: f64 = 0.04;
-/// Objects that leave one commanded angle in so wide a spread follow something else: arms and round objects scatter by 0.06, boxes that are
-/// hit off their middle by 0.1.
+/// Spread of departure headings, in rad, at one commanded angle from which they follow something else: arms and round objects scatter by 0.06, boxes
+/// that are hit off their middle by 0.1.
 const MANY_HEADINGS: f64 = 0.17;
-/// Commanded speeds that differ by less than this are one, relative (standard deviation); objects that leave one in so wide a spread follow
-/// something else: an arm's speed scatters by 0.05.
+/// Relative spread of commanded speeds below which they are one (standard deviation); and spread of launch speeds at one commanded speed from which
+/// they follow something else: an arm's speed scatters by 0.05.
 const ONE_SPEED: f64 = 0.02;
 const MANY_SPEEDS: f64 = 0.25;
-/// Headings of so many strikes that spread by more than this about any line, in rad, follow none.
+/// Spread of headings about any line, in rad, above which they follow none, and the number of strikes that show it.
 const DISORDER: f64 = 0.35;
 const FEWEST_IN_DISORDER: usize = 12;
-/// Turned by more than this it is told.
+/// Turn, in rad, from which it is told.
 const PERHAPS_TURNED: f64 = 0.1;
 /// Gains of an object's heading over the commanded angle.
 const GAINS: (f64, f64) = (0.5, 1.5);
-/// Two axes are exchanged, or one is reversed, within this, in rad.
+/// Difference, in rad, within which a turn counts as two axes exchanged, or one reversed.
 const NEAR: f64 = 0.3;
-/// Standard errors that decide.
+/// Standard errors from which a finding is sure.
 const SURE: f64 = 4.0;
-/// Angles that spread by more than this tell whether there is a gain at all: one below this is none, where it is below the least by so many
-/// standard errors.
+/// Spread of angles, in rad, above which they tell whether there is a gain at all; a gain below this value is none, where it is below the least by so
+/// many standard errors.
 const TELLS_GAIN: f64 = 0.1;
 const LEAST_GAIN: f64 = 0.3;
 const UNSURE: f64 = 2.5;
 const FOLLOWS_CLOSELY: f64 = 0.7;
-/// A correlation of speeds that is surely below this is none; so many strikes and such parts of variation tell.
+/// Correlation of speeds surely below which they are not related; and the number of strikes and the relative variations that tell it.
 const RELATED: f64 = 0.4;
 const FEWEST_SPEEDS: usize = 12;
 const SPEEDS_VARY: f64 = 0.1;
 const LAUNCHES_VARY: f64 = 0.15;
 
-/// Departure heading less commanded angle, in the middle, in rad.
+/// Median of departure heading less commanded angle, in rad; none of too few pairs.
 pub fn turn(pairs: &[Pair]) -> Option<f64> {
     middle(&turns(pairs, 1.0)).map(|(turn, _)| turn)
 }
@@ -142,12 +142,12 @@ pub fn findings(pairs: &[Pair], log: Option<&str>, is_logged: bool) -> Vec<Findi
 
 /// Whether headings follow a field of the command as it is, and much more closely than the direction of both fields together.
 fn speed_and_angle(pairs: &[Pair], log: Option<String>) -> Option<Finding> {
-    /// So many strikes tell, by lines that leave this part of the spread.
+    /// Least number of strikes that tell, and the greatest part of the spread that a line may leave.
     const FEWEST: usize = 12;
     const CLOSER: f64 = 0.4;
-    /// Headings that leave the direction of both fields by less than this follow it, in rad: at one speed a field alone does nearly the same.
+    /// Difference from the direction of both fields, in rad, below which headings follow it: at one speed a field alone does nearly the same.
     const LEAVES: f64 = 0.02;
-    /// Fields that vary by less than this tell nothing, in rad.
+    /// Variation, in rad, below which a field tells nothing.
     const VARIES: f64 = 0.1;
     if pairs.len() < FEWEST {
         return None;
@@ -202,7 +202,7 @@ fn unrelated(log: Option<String>, strikes: usize, line: Line) -> Finding {
     }
 }
 
-/// One commanded speed of which objects leave at many.
+/// The finding that objects leave at many speeds where one is commanded.
 fn constant_speed(pairs: &[Pair], log: Option<String>) -> Option<Finding> {
     if pairs.len() < FEWEST_SPEEDS {
         return None;

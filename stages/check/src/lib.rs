@@ -33,7 +33,7 @@ use crate::parts::{MOVED, MOVED_ERRORS};
 use crate::statistics::median;
 pub use crate::statistics::wrapped;
 
-/// Commands slower than this part of the robot's slowest strike are none.
+/// Share of the speed of the robot's slowest strike below which a command is no strike.
 const SLOWER: f64 = 0.5;
 
 /// Checks logs that were read; `fences` are those that were found in them beside the rig file's.
@@ -173,7 +173,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     }
 }
 
-/// What a stated turn of the base takes with it: a constant error of heading looks like a base that is turned a little farther.
+/// What a stated turn of the base hides: a constant error of heading looks like a base that is turned a little farther.
 fn base_turns(rig: &Rig, pairs: &[Pair]) -> Option<Finding> {
     let is_turned = rig.frames.command == CommandFrame::Base;
     let base_yaw = rig.robot.base_yaw.filter(|_| is_turned)?;
@@ -181,13 +181,13 @@ fn base_turns(rig: &Rig, pairs: &[Pair]) -> Option<Finding> {
     Some(Finding::BaseTurns { base_yaw, left })
 }
 
-/// More frames lost than this part are told.
+/// Share of lost frames from which they are told.
 const MOST_LOST: f64 = 0.05;
-/// Clocks may drift by so much over a log, in s, before it is told; and by so many standard errors.
+/// Least drift of clocks over a log that is told: in s, and in standard errors.
 const DRIFT: f64 = 0.1;
 const DRIFT_ERRORS: f64 = 6.0;
 
-/// Clocks that drift apart over a log.
+/// The finding that clocks drift apart over a log.
 fn clock_drift(log: &str, pairs: &[Pair]) -> Option<Finding> {
     let rises = beside_speed(pairs, |pair| pair.command.rise);
     let lags = beside_speed(pairs, |pair| pair.lag);
@@ -205,7 +205,7 @@ fn clock_drift(log: &str, pairs: &[Pair]) -> Option<Finding> {
     })
 }
 
-/// Values of pairs without what goes with the commanded speed: the ramp to a faster plateau takes longer.
+/// Values of pairs with their dependence on the commanded speed taken off: the ramp to a faster plateau takes longer.
 fn beside_speed(pairs: &[Pair], of: impl Fn(&Pair) -> f64) -> Vec<f64> {
     let points: Vec<(f64, f64)> = pairs.iter().map(|p| (p.command.speed, of(p))).collect();
     let line = statistics::line(&points);
@@ -252,11 +252,11 @@ fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     findings
 }
 
-/// From so great a part of the frames on that lie elsewhere than no object gets, tracks suffer; from this one on none is one object's.
+/// Shares of frames that lie elsewhere than any object gets: from the first on tracks suffer, from the second on none is one object's.
 const JUMPS: f64 = 0.05;
 const TORN: f64 = 0.2;
 
-/// Centroids that jump to and fro: two objects, or an object and what looks like it.
+/// The finding that centroids jump to and fro: two objects, or an object and what looks like it.
 fn jumps(logs: &[LogRead<'_>]) -> Vec<Finding> {
     let share = |log: &LogRead<'_>| log.seen.jumps as f64 / log.seen.frames.max(1) as f64;
     let torn = logs.iter().filter(|log| share(log) > JUMPS);
@@ -270,7 +270,7 @@ fn jumps(logs: &[LogRead<'_>]) -> Vec<Finding> {
 
 /// Commands of one session beside a camera of another: a strike's command begins a motion, and a strike's motion was commanded.
 fn other_times(log: &LogRead<'_>, of: &Pairs) -> Option<Finding> {
-    /// What leaves slower than this part of the slowest command may be a hand's doing.
+    /// Share of the slowest command's speed below which a motion may be a hand's doing.
     const STRUCK: f64 = 0.5;
     let commands = &log.seen.commands;
     let slowest = commands
@@ -297,7 +297,7 @@ fn other_times(log: &LogRead<'_>, of: &Pairs) -> Option<Finding> {
 
 /// The delay between the camera and the arm's encoders, by touches at several speeds.
 fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
-    /// A length that is known worse than this, in m, is not told from a delay.
+    /// Standard error of a length, in m, from which it is not told from a delay.
     const LENGTH: f64 = 0.0015;
     let touches: Vec<(f64, f64)> = logs
         .iter()
@@ -327,7 +327,7 @@ fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
     })
 }
 
-/// No impact launches an object faster than this many times the tip: (1 + e)·M/(M + m) is at most 2, and the first frames are noisy.
+/// Greatest ratio of an object's launch speed to the tip's by an impact: (1 + e)·M/(M + m) is at most 2, and the first frames are noisy.
 const FASTEST: f64 = 2.3;
 
 /// Whether positions and commands are in one unit.
@@ -407,9 +407,9 @@ fn rejected(logs: &[LogRead<'_>]) -> Vec<Finding> {
     mostly.collect()
 }
 
-/// Objects that gather speed: a table only slows them down.
+/// The finding that objects gather speed: a table only slows them down.
 fn gathering(logs: &[LogRead<'_>]) -> Option<Finding> {
-    /// From this on it is told: noise is no more than this of a speed over a frame or two, in the middle of many.
+    /// Ratio of speeds from which it is told: noise is no more than this of a speed over a frame or two, in the middle of many.
     const TOLD: f64 = 1.2;
     let all: Vec<f64> = logs
         .iter()
@@ -423,7 +423,7 @@ fn gathering(logs: &[LogRead<'_>]) -> Option<Finding> {
 
 /// Whether the stated object may be made of anything: a size or a mass in another unit.
 fn density(rig: &Rig) -> Option<Finding> {
-    /// From foam to osmium, in kg/m³.
+    /// Range of densities of materials, from foam to osmium, in kg/m³.
     const MATERIALS: std::ops::Range<f64> = 15.0..23_000.0;
     let volume = match rig.object.solid {
         Solid::Cylinder {
@@ -499,7 +499,7 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
 /// Logs whose objects leave at another part of the commanded speed than those of the others: speeds are commanded in another unit, or through
 /// an override, or the camera has another scale.
 fn session_speeds(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
-    /// So many times as fast, by so many strikes of speeds at which others struck, too: within so much of each other, relative.
+    /// Ratio of speeds that is told, the least number of strikes that show it, and the relative difference within which commanded speeds compare.
     const TIMES: f64 = 1.5;
     const FEWEST: usize = 8;
     // From so many times on, and so many standard errors, it is told.
@@ -554,7 +554,7 @@ fn session_speeds(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
 
 /// The camera's noise at rest beside the rig file's.
 fn noise(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Finding> {
-    /// By so many times another noise is told.
+    /// Ratio of noises from which the difference is told.
     const OTHER: f64 = 3.0;
     let measured = median(logs.iter().filter_map(|log| log.seen.noise_at_rest()))?;
     let stated = rig.camera.noise;

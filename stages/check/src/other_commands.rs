@@ -8,17 +8,17 @@ use crate::finding::Finding;
 use crate::pairs::Pair;
 use crate::statistics::{middle, wrapped};
 
-/// Places of the command that is another's, in the order of strikes.
+/// Offsets of the other command that are tried, in the order of strikes.
 const PLACES: [isize; 4] = [1, -1, 2, -2];
-/// Strikes in a row from which on it is told.
+/// Number of strikes in a row from which it is told.
 const FEWEST: usize = 10;
-/// Part of the headings' variance that the other command leaves at the most, and at the most over that which their own leaves.
+/// Greatest part of the headings' variance that the other commands may leave, and greatest ratio of it to what their own leave.
 const LEFT: f64 = 0.2;
 const LESS: f64 = 0.25;
 /// Greatest difference of a heading, in rad, that counts.
 const FARTHEST: f64 = 0.6;
 
-/// What one log shows of it.
+/// The finding that a log's objects leave as other commands say; none where they do not.
 pub(crate) fn findings(pairs: &[Pair], log: &str) -> Option<Finding> {
     let angles: Vec<f64> = pairs.iter().map(|pair| pair.command.angle).collect();
     let headings: Vec<f64> = pairs.iter().map(Pair::heading).collect();

@@ -4,19 +4,20 @@ use ingest::{CommandSeen, MotionSeen, Seen};
 
 use crate::statistics::{line, median, middle, wrapped};
 
-/// Fewer strikes say nothing of a whole log.
+/// Least number of strikes that say something of a whole log.
 pub const FEWEST: usize = 6;
 /// A motion begins between these times in s, after its command's rise and after its fall.
 const FROM_RISE: f64 = -0.05;
 const AFTER_FALL: f64 = 0.5;
-/// Motions that begin so long after their commands have fallen back, in s, are told.
+/// Time, in s, after a command's fall from which the motion's beginning is told.
 const LATE: f64 = 0.1;
-/// No impact that counts launches an object slower than this part of the tip's speed.
+/// Least launch speed by an impact that counts, as a part of the tip's speed.
 pub const WEAKEST: f64 = 0.08;
-/// Clocks are compared over this time, in s; where nothing follows a command by then, over any, by so many strikes.
+/// Time, in s, over which clocks are compared; and number of strikes up to which they are compared over any time, where nothing follows a command
+/// within it.
 const FARTHEST: f64 = 60.0;
 const STRIKES_OF_ANY_TIME: usize = 200;
-/// Delays from command to motion vary by no more than this over a log, in s.
+/// Greatest variation of delays from command to motion over a log, in s.
 const WINDOW: f64 = 0.6;
 
 /// A command and the motion that it began.
@@ -24,7 +25,7 @@ const WINDOW: f64 = 0.6;
 pub struct Pair {
     pub command: CommandSeen,
     pub motion: MotionSeen,
-    /// Seconds from the command's rise to the motion, by the clocks as they are.
+    /// Time, in s, from the command's rise to the motion, by the clocks as they are.
     pub lag: f64,
 }
 
@@ -34,13 +35,13 @@ impl Pair {
         self.motion.velocity.bearing()
     }
 
-    /// Whether it moves when a tip that is commanded so may touch, by the clocks as they are.
+    /// Whether the object moves when a tip that is commanded so may touch, by the clocks as they are.
     pub fn is_timely(&self) -> bool {
         let lasts = self.command.fall - self.command.rise;
         (FROM_RISE..=lasts + AFTER_FALL).contains(&self.lag)
     }
 
-    /// Launch speed in the commanded speed.
+    /// Ratio of launch speed to commanded speed.
     pub fn speed_ratio(&self) -> f64 {
         self.motion.velocity.norm() / self.command.speed
     }
@@ -48,7 +49,8 @@ impl Pair {
 
 #[cfg(test)]
 impl Pair {
-    /// Of strikes every 6 s the one with this number, commanded so (m/s, rad), whose object leaves `lag` s later with this velocity.
+    /// For tests, the strike of this number in a row of strikes every 6 s, commanded so (m/s, rad), whose object leaves `lag` s later with this
+    /// velocity.
     pub(crate) fn made(
         number: usize,
         [speed, angle]: [f64; 2],
@@ -84,10 +86,10 @@ pub struct Pairs {
     pub is_shifted: bool,
 }
 
-/// Objects that leave in a spread (rad) that is wider than this, and this many times as wide as at another delay, were not struck then.
+/// Spread of headings (rad), and its ratio to that at another delay, above which objects were not struck then.
 const DISORDER: f64 = 0.17;
 const ORDER: f64 = 3.0;
-/// A tip's times from command to touch spread by less than this, in s; a hand's by more.
+/// Spread in s of the times from command to touch, below which they are a tip's; a hand's spread by more.
 const PROMPT: f64 = 0.05;
 
 /// Pairs by the clocks as they are; where at least twice as many come at another delay, or about as many, and in good order where these are in
@@ -96,7 +98,7 @@ const PROMPT: f64 = 0.05;
 /// Commands of less than `slowest` (m/s) move an arm from place to place, where they are slower by far than all others; else the rig file states
 /// another arm's speeds.
 pub fn pairs(seen: &Seen, slowest: f64) -> Pairs {
-    /// So many times as fast is the slowest strike at the least.
+    /// Least ratio of the slowest strike's speed to the fastest command that is none.
     const FASTER: f64 = 1.5;
     let is_fast = |command: &&CommandSeen| command.speed >= slowest;
     let (fast, slow): (Vec<&CommandSeen>, Vec<_>) = seen.commands.iter().partition(is_fast);
@@ -154,7 +156,7 @@ pub fn pairs(seen: &Seen, slowest: f64) -> Pairs {
     }
 }
 
-/// Of the commands and motions that are no pair's most may be pairs at a delay of their own: a clock was set while the log ran.
+/// Pairs among the commands and motions that have none yet, where most of these follow at one delay of their own: a clock was set while the log ran.
 fn at_another_time(seen: &Seen, pairs: &[Pair]) -> Vec<Pair> {
     let is_left = |own: fn(&Pair) -> f64, time: f64| pairs.iter().all(|pair| own(pair) != time);
     let commands = seen.commands.iter();
@@ -187,8 +189,8 @@ fn at_another_time(seen: &Seen, pairs: &[Pair]) -> Vec<Pair> {
     found.filter(is_struck).unwrap_or_default()
 }
 
-/// Whether these motions are strikes, by their speeds, whose times from command to motion are those of one arm: beside what goes with the speed that
-/// it reaches they hardly spread.
+/// Whether these motions are strikes, by their speeds: the times from command to motion are those of one arm, and hardly spread beside what goes with
+/// the speed that it reaches.
 fn is_prompt(pairs: &[Pair]) -> bool {
     let points = pairs
         .iter()
@@ -226,7 +228,7 @@ fn matched(seen: &Seen, shift: f64, time: impl Fn(&CommandSeen) -> (f64, f64)) -
     pairs
 }
 
-/// How widely departure headings spread about the commanded ones, or about those mirrored, in rad.
+/// Spread of departure headings about the commanded ones, or about those mirrored, in rad.
 fn disorder(pairs: &[Pair]) -> f64 {
     let spread = |sign: f64| {
         let turns = pairs

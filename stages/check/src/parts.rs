@@ -12,28 +12,28 @@ use crate::frames;
 use crate::pairs::Pair;
 use crate::statistics::{line, median, middle, wrapped};
 
-/// Farther than an arm's heading differs from day to day, in rad, and in standard errors: the camera, or the arm's base, was moved. So great a part
-/// of a speed, and such a time in s, are told as well.
+/// Step of the heading, in rad, and in standard errors, that no arm makes from day to day: the camera, or the arm's base, was moved. A step as great
+/// of a speed (relative), or of a time (s), is told as well.
 pub(crate) const MOVED: f64 = 0.1;
 /// Standard errors of a step at the best of [`PLACES`] places, of each of many logs.
 pub(crate) const MOVED_ERRORS: f64 = 6.0;
-/// Strikes on each side, and places that are tried.
+/// Least number of strikes on each side of a step, and number of places that are tried.
 const SIDE: usize = 6;
 const PLACES: usize = 60;
-/// So many strikes on each side are asked what a whole log is.
+/// Number of strikes on each side from which each part is checked as a whole log is.
 const PART: usize = 10;
 /// Deviations of headings (rad) and of speeds (relative) below which lines are equally good.
 const ALIKE: f64 = 0.01;
-/// So many on each side are of the same speeds, and of the same angles.
+/// Least number of strikes on each side that are of the same speeds, and of the same angles.
 const COMMON: usize = 3;
-/// A step explains better than a drift by so much (logarithm of the likelihood).
+/// Margin by which a step must explain better than a drift (logarithm of the likelihood).
 const BETTER: f64 = 6.0;
-/// Slower than any strike, a motion is not the command's, in m/s.
+/// Speed below which a motion is slower than any strike, and not the command's, in m/s.
 const SLOWEST: f64 = 0.02;
-/// For each term of a fit so many strikes.
+/// Least number of strikes for each term of a fit.
 const FOR_A_TERM: usize = 4;
 
-/// What one log shows of it.
+/// The findings that a part of one log is another set-up's.
 pub(crate) fn findings(log: &str, pairs: &[Pair], is_logged: bool) -> Vec<Finding> {
     let moves =
         |pair: &&Pair| pair.speed_ratio().ln().is_finite() && pair.motion.velocity.norm() > SLOWEST;
@@ -64,7 +64,7 @@ pub(crate) fn findings(log: &str, pairs: &[Pair], is_logged: bool) -> Vec<Findin
     turned.into_iter().chain(faster).collect()
 }
 
-/// From which strike of a log on the time from command to motion is another.
+/// The finding that from some strike of a log on the time from command to motion is another.
 pub(crate) fn clock_step(log: &str, pairs: &[Pair]) -> Option<Finding> {
     let lags: Vec<f64> = pairs.iter().map(|pair| pair.lag).collect();
     let step = step(pairs, &lags)?;
@@ -147,7 +147,7 @@ fn misfit(pairs: &[Pair]) -> Option<f64> {
     Some(pairs.len() as f64 * (left(headings.collect())? + left(speeds.collect())?))
 }
 
-/// By how much values are greater from this strike on (the first one is 0), with its standard error.
+/// A step: by how much values are greater from this strike on (the first one is 0), with its standard error.
 struct Step {
     at: usize,
     by: f64,
@@ -195,15 +195,15 @@ fn are_alike(pairs: &[Pair], at: usize) -> bool {
 
 /// Values by a term that is asked for, beside what angle, speed and place make of them.
 struct Fit {
-    /// The term's part, with its standard error.
+    /// Coefficient of the term, with its standard error.
     by: f64,
     error: f64,
-    /// Mean deviation that is left.
+    /// Mean absolute deviation about the fit.
     deviation: f64,
 }
 
 impl Fit {
-    /// By least deviations, which single wrong pairs do not move far.
+    /// The fit by least absolute deviations, which single wrong pairs do not move far.
     fn through(pairs: &[Pair], values: &[f64], term: impl Fn(usize) -> f64) -> Option<Self> {
         const ROUNDS: usize = 12;
         const RIDGE: f64 = 1e-6;

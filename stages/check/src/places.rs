@@ -11,27 +11,27 @@ use values::{Point, Rig};
 use crate::finding::{Delay, Finding, LogRead};
 use crate::statistics::{median, wrapped};
 
-/// Fewer places say nothing.
+/// Least number of places that say something.
 const FEWEST: usize = 10;
-/// Places that lie nearer together than this tell no scale, in m (root mean square).
+/// Spread of places (root mean square), in m, below which they tell no scale.
 const APART: f64 = 0.03;
-/// Places that fit one line no better than this were not those of a tip that strikes, in m.
+/// Spread of places about one line, in m, from which they were not those of a tip that strikes.
 const AGREE: f64 = 0.03;
-/// Turned farther than this the frames of both are wrong, and headings tell how, in rad.
+/// Turn, in rad, from which the frames of both are wrong, and headings tell how.
 const TURNED: f64 = 0.3;
-/// Another scale, another place and other radii than these, in m, by so many standard errors.
+/// Least error of the scale (relative), of the place and of the radii (m) that is told, and its least size in standard errors.
 const SCALE: f64 = 0.1;
 const AWAY: f64 = 0.03;
 const RADII: f64 = 0.004;
 const SURE: f64 = 4.0;
-/// Frames whose origins lie farther apart than this, in m, are told.
+/// Distance in m of the frames' origins from which it is told.
 const ORIGINS: f64 = 0.015;
-/// Frames that are turned by more than this about one another, in rad, are told, too.
+/// Turn in rad of the frames about one another from which it is told.
 const TOLD_TURN: f64 = 0.05;
 /// Robust deviations from which a place is astray.
 const ASTRAY: f64 = 4.0;
 
-/// What is wrong with places, scale and sizes.
+/// The findings on places, scale and sizes.
 pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) -> Vec<Finding> {
     let meetings = meetings(logs);
     let touches: usize = logs.iter().map(|log| log.seen.delays.len()).sum();
@@ -104,10 +104,11 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
     findings
 }
 
-/// Radii that let no touch be seen as one, where touches alone tell of strikes. A camera that lies behind sees the object where it was as the
-/// tip has gone on: both are nearer by this the faster the tip is.
+/// The finding that radii are so wrong that no touch is seen as one, where touches alone tell of strikes. A camera that lies behind sees the object
+/// where it was as the tip has gone on: both are nearer by this the faster the tip is.
 pub(crate) fn reach(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Finding> {
-    /// What the radii may be off and touches still be seen, in m, and standard errors of a line through so many.
+    /// Error of the radii, in m, with which touches can still be seen; the standard errors that a greater one must have; and the least number of
+    /// touches for a line.
     const OFF: f64 = 0.015;
     const ERRORS: f64 = 6.0;
     const HITS: usize = 12;
@@ -153,12 +154,12 @@ fn meetings(logs: &[LogRead<'_>]) -> Vec<Meeting> {
 /// and what the origins lie apart: three lines that headings and speeds tell from one another. Where starts lie apart they tell a turn, too.
 /// A round object's alone: a box is met anywhere.
 pub(crate) struct Origins {
-    /// Where the arm's origin lies by the camera, in m, and by how much its frame is turned, in rad.
+    /// Place of the arm's origin in the camera's frame, in m, and by how much its frame is turned, in rad.
     pub(crate) by: Point,
     pub(crate) turn: f64,
-    /// By how much the camera's places lie beside the arm's, in their mean, in m.
+    /// Mean distance of the camera's places from the arm's, in m.
     pub(crate) away: Point,
-    /// The delay and the radii that then are left.
+    /// The delay and the radii that remain beside it.
     pub(crate) delay: Delay,
 }
 
@@ -178,7 +179,7 @@ impl Fitted {
 }
 
 impl Origins {
-    /// None where they agree, or where these strikes do not tell.
+    /// The origins by the logs' meetings; none where they agree, or where these strikes do not tell.
     pub(crate) fn of(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Self> {
         let reach = rig.object.solid.radius()? + rig.striker.radius;
         let meetings = meetings(logs);
@@ -288,9 +289,9 @@ impl Origins {
 
 /// Places by the camera as those by the arm, turned and scaled and displaced.
 struct Similar {
-    /// With its standard error; 1 where places lie together.
+    /// Scale with its standard error; 1 where places lie together.
     scale: [f64; 2],
-    /// In rad.
+    /// Turn of the arm's frame, in rad.
     turn: f64,
     /// By how much the camera's lie beside the arm's in their middle, in m, and where the arm's origin lies by the camera.
     away: Point,
@@ -328,7 +329,7 @@ impl Similar {
         line
     }
 
-    /// Least squares, and the distances that it leaves.
+    /// Fits by least squares; also gives the distances (m) that it leaves.
     fn through(pairs: &[(Point, Point)]) -> (Self, Vec<f64>) {
         let n = pairs.len() as f64;
         let mean = pairs

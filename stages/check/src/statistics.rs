@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// The middle value; none of no finite values.
+/// Median of the finite values; none where there is none.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     values::median(
         values
@@ -17,7 +17,7 @@ pub fn wrapped(angle: f64) -> f64 {
     (angle + PI).rem_euclid(TAU) - PI
 }
 
-/// The middle of angles, about the direction of their mean, and the standard deviation about it, by the median of deviations.
+/// Median of angles (rad), about the direction of their mean, and the standard deviation about it, by the median of deviations.
 pub fn middle(angles: &[f64]) -> Option<(f64, f64)> {
     let (x, y) = angles.iter().fold((0.0, 0.0), |(x, y), angle| {
         (x + angle.cos(), y + angle.sin())

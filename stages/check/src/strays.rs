@@ -7,14 +7,14 @@ use crate::finding::Finding;
 use crate::pairs::Pair;
 use crate::statistics::{middle, wrapped};
 
-/// So far beside the others of the log (rad) is no strike: a box's gain and an arm's scatter together take it half as far.
+/// Difference of a heading (rad) from the others of the log that is no strike: a box's gain and an arm's scatter together take it half as far.
 const ASTRAY: f64 = 0.7;
-/// So many, and this part of all, are told; this part makes a model meaningless.
+/// Number of strays, and share of all strikes, from which they are told; and the share that makes a model meaningless.
 const FEWEST: usize = 4;
 const TOLD: f64 = 0.08;
 const MANY: f64 = 0.2;
 
-/// Strays of one log.
+/// The finding of one log's strays; none where there are too few.
 pub(crate) fn findings(pairs: &[Pair], log: &str) -> Option<Finding> {
     let turns: Vec<f64> = pairs
         .iter()

@@ -15,7 +15,7 @@ use crate::{
     strikes::PreparedStrikes,
 };
 
-/// Shares of friction for each of launch speed: of a scale, of a clock.
+/// Relative change of friction for each relative change of launch speed: by a camera's scale, by its clock.
 const OF: [f64; 2] = [1.0, 2.0];
 
 /// Whether friction and launch speed change over so many strikes as a camera's scale or clock would have it, within their errors.
@@ -71,9 +71,9 @@ pub(crate) fn could_be(fitted: &Fitted, strikes: f64) -> bool {
     })
 }
 
-/// Part of what friction changes by that a camera leaves at the most, in strikes of sessions.
+/// Greatest part of the change of friction, in strikes of sessions, that a camera's zoom may leave unexplained.
 const LEFT: f64 = 0.15;
-/// A change of friction that is none, relative.
+/// Relative change of friction that counts as none.
 const NONE: f64 = 1e-3;
 
 /// Whether friction by session, beside a restitution that changes with the order, changes strike by strike as a camera would have it that was

@@ -30,31 +30,31 @@ use crate::{
     words,
 };
 
-/// Standard errors by which an effect must exceed what chance gains, to be found in four cases of five.
+/// Standard errors beyond the chance level at which an effect is found in four cases of five.
 const POWER: f64 = 0.84;
 
-/// Stop errors over what repeats scatter by, above which something else moves stops by as much as that.
+/// Ratio of stop errors to the scatter of repeats above which something else moves stops by as much as that scatter.
 const GREAT: f64 = std::f64::consts::SQRT_2;
 
-/// All that was found, before it is judged.
+/// All findings that the verdict is drawn from.
 pub(crate) struct Case<'c, 'a> {
     pub(crate) stage: &'c Diagnose,
     pub(crate) input: &'c Input,
     pub(crate) selection: &'c Selection<'a>,
     pub(crate) screened: &'c [Screened],
     pub(crate) chance: &'c Chance,
-    /// Whether objects slide otherwise than any world says.
+    /// Whether tracks differ from every world tried by far more than the camera's noise.
     pub(crate) is_astray: bool,
     /// What the effects gain on strikes that were left out of their fit.
     pub(crate) gains: Gains,
     /// Whether effects were found that do not pay on strikes left out of their fit, and move stops by more than repeats scatter.
     pub(crate) moves_unpaid: bool,
     pub(crate) p_value: PValue,
-    /// Whether that is no chance.
+    /// Whether the gap is beyond chance.
     pub(crate) is_real: bool,
     /// What the question finds in the strike table beside no effect.
     pub(crate) asked: Answer,
-    /// What it still finds beside the effects.
+    /// What the question still finds in the strike table beside the effects.
     pub(crate) remaining: Answer,
     /// Whether launches are those that the arm's logged state delivered.
     pub(crate) is_delivered: bool,
@@ -160,7 +160,7 @@ impl Case<'_, '_> {
         self.names().into_iter().any(is_never_named)
     }
 
-    /// Whether effects were found, in a world as one may be.
+    /// Whether effects were found, in a world whose values are possible.
     fn explains(&self) -> bool {
         let is_possible = self.selection.fitted.model.world_at_end().is_none();
         !self.selection.effects.is_empty() && is_possible

@@ -13,7 +13,7 @@ use crate::{
     search::Selection,
 };
 
-/// Part of an effect's evidence that it gains again at the least where it acts in two strikes of three.
+/// Share of an effect's evidence that strengths by group gain on top, at the least, where it acts in two strikes of three.
 const ACTS_IN_PART: f64 = 0.5;
 /// Groups of strikes by their order.
 const GROUPS: usize = 4;
@@ -21,11 +21,11 @@ const GROUPS: usize = 4;
 /// An effect that acts in a part of the strikes alone.
 pub(crate) struct Changing {
     pub(crate) name: &'static str,
-    /// From session to session; otherwise as strikes go on.
+    /// Whether it changes from session to session; otherwise with the number of strikes.
     pub(crate) is_by_session: bool,
 }
 
-/// The effect that changes most from group to group, if one acts in a part of them alone.
+/// The effect whose strength changes most from group to group, if it acts in a part of the strikes alone.
 pub(crate) fn changing(selection: &Selection<'_>, seed: u64) -> Option<Changing> {
     let Selection {
         prepared, fitted, ..

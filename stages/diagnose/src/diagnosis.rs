@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use world::World;
 
-/// The whole of it.
+/// A diagnosis, as `diagnosis.json` holds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// What was found.
@@ -19,10 +19,10 @@ pub struct Diagnosis {
     /// residuals drawn from the fitted noise that show as much, everything that was looked at counted. Never below
     /// 1/(1 + `replicates`), but where the arm's logged state shows a gap: then what its own test says, in both probabilities.
     pub p_value: f64,
-    /// The same by flipping the signs of whole strikes' scores, which takes no model of noise on trust.
+    /// Probability of a gap like this one by chance, from flipping the signs of whole strikes' scores: it assumes no model of the noise.
     #[serde(default = "certain")]
     pub p_value_signs: f64,
-    /// Residuals drawn.
+    /// Number of residuals drawn from the fitted noise for `p_value`.
     #[serde(default)]
     pub replicates: usize,
     /// How repeats of one command differ, as estimated beside the effects named.
@@ -36,7 +36,7 @@ pub struct Diagnosis {
     pub effects: Vec<NamedEffect>,
     /// Every candidate alone, the best first.
     pub ranking: Vec<Ranked>,
-    /// How far the gap shrinks on strikes that took no part.
+    /// How far the gap shrinks on held-out strikes, which took no part in the fit or the choice.
     pub gap: Gap,
     /// Strikes that would best separate the leading candidates.
     pub next_strikes: Vec<NextStrike>,
@@ -65,7 +65,7 @@ pub struct SmoothMap {
     pub name: String,
     /// Root mean square stop error in m without effects, of strikes that each fit leaves out.
     pub before: f64,
-    /// The same with the map, of the same strikes.
+    /// Root mean square stop error in m with the map, of strikes that each fit leaves out.
     pub after: f64,
     /// Share of the squared stop error that it takes, 0 to 1.
     pub share: f64,
@@ -89,19 +89,19 @@ fn certain() -> f64 {
 /// How repeats of one command differ: standard deviations, but for the correlation and the count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Noise {
-    /// Of the delivered speed, relative.
+    /// Standard deviation of the delivered speed, relative to the commanded.
     pub speed: f64,
-    /// Of the delivered angle, in rad.
+    /// Standard deviation of the delivered angle, in rad.
     pub angle: f64,
-    /// Of a strike's friction, relative.
+    /// Standard deviation of friction from strike to strike, relative.
     pub friction: f64,
-    /// Of a centroid's coordinate, in m.
+    /// Standard deviation of a centroid's coordinate, in m.
     pub camera: f64,
-    /// Correlation of its error with that of the frame before.
+    /// Correlation of a centroid's error with that of the frame before.
     pub camera_correlation: f64,
-    /// Of a frame's stamp, in s.
+    /// Standard deviation of a frame's stamp, in s.
     pub stamp_jitter: f64,
-    /// Frames that were left out, for they lie far from where their strike was.
+    /// Number of frames left out as outliers: far from where the rest of their strike puts them.
     pub frames_left_out: usize,
 }
 
@@ -122,11 +122,11 @@ pub enum Verdict {
 pub struct GapDependence {
     /// `speed`, `angle`, `position`, `order`, `session`, `phase`, …
     pub covariate: String,
-    /// In words.
+    /// What the gap depends on, in a sentence.
     pub description: String,
-    /// Corrected for the many looks.
+    /// Probability of such a dependence by chance, corrected for all dependences that were tested.
     pub p_value: f64,
-    /// Square of how far it moves stops, over the sum of all that are listed.
+    /// Square of how far this dependence moves stops, over the sum of the squares of all that are listed.
     pub share: f64,
 }
 
@@ -173,11 +173,11 @@ pub struct Ranked {
 /// How far the gap shrinks on strikes that took no part in the fit or the choice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
-    /// How many.
+    /// Number of held-out strikes.
     pub heldout_strikes: usize,
-    /// In the world as identified, in `unit`.
+    /// Root mean square stop error in the world as identified, in `unit`.
     pub before: f64,
-    /// With the effects named.
+    /// Root mean square stop error in the world with the effects named, in `unit`.
     pub after: f64,
     /// (`after` − `before`)/`before`; 0 where nothing is named.
     #[serde(default)]
@@ -185,17 +185,17 @@ pub struct Gap {
     /// Half of the change's 95 % interval, by each strike's own change; none of fewer than two strikes.
     #[serde(default)]
     pub change_half_95: Option<f64>,
-    /// What repeats of a command would scatter by.
+    /// Root mean square stop error that repeats of one command would show, in `unit`: no model gets below it.
     pub noise_floor: f64,
-    /// What a table or an arm that wanders over the order of strikes moves stops by beside that.
+    /// Root mean square motion of stops, in `unit`, by a slow random drift (wander) of the table or the arm over the order of strikes.
     #[serde(default)]
     pub wander: f64,
-    /// What sessions differ by.
+    /// Root mean square difference of stops between sessions, in `unit`.
     #[serde(default)]
     pub sessions: f64,
-    /// `m`.
+    /// Unit of the errors: `m`.
     pub unit: String,
-    /// `rms stop error`.
+    /// The measure of the errors: `rms stop error`.
     pub measure: String,
 }
 
@@ -224,7 +224,7 @@ pub struct NextStrike {
     pub speed: f64,
     /// Commanded angle, in rad.
     pub angle: f64,
-    /// What it tells apart.
+    /// What this strike would separate, or measure.
     pub why: String,
 }
 
@@ -261,6 +261,6 @@ pub struct StopResidual {
     pub is_heldout: bool,
     /// Residual along and across the simulated path in the world as identified.
     pub before: [f64; 2],
-    /// The same with the effects named; as before where none is.
+    /// Residual along and across the simulated path in the world with the effects named; equal to `before` where none is.
     pub after: [f64; 2],
 }

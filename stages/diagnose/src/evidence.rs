@@ -1,7 +1,8 @@
 //! Whether: is there a gap at all?
 //!
-//! One statistic over all candidates: the most that any of them gains beyond its own 99 % quantile under drawn residuals. Its distribution, the choice among all statistics included, comes from the
-//! same replicates: drawn from the fitted world and its noise, and by flipping the signs of whole strikes' scores.
+//! One statistic over all candidates: the most that any of them gains beyond its own 99 % quantile under drawn residuals. Its distribution, the
+//! choice among all statistics included, comes from the same replicates: drawn from the fitted world and its noise, and by flipping the signs of
+//! whole strikes' scores.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +28,7 @@ pub(crate) fn replicates(seed: u64) -> Replicates {
     }
 }
 
-/// Flips alone.
+/// The replicates of a diagnosis without drawn residuals: flipped signs alone.
 pub(crate) fn flips(seed: u64) -> Replicates {
     Replicates {
         drawn: 0,
@@ -35,7 +36,8 @@ pub(crate) fn flips(seed: u64) -> Replicates {
     }
 }
 
-/// What each candidate gains by chance.
+/// Gain in log-likelihood that each candidate reaches by chance, by name: the 99 % quantile of its drawn replicates plus the logarithm of the number
+/// of candidates.
 pub(crate) fn chance(screened: &[Screened]) -> Chance {
     let many = (screened.len().max(1) as f64).ln();
     screened
@@ -52,7 +54,7 @@ fn quantile(by_chance: &[f64]) -> f64 {
     Data::new(drawn).quantile(QUANTILE)
 }
 
-/// What is looked at: a candidate's best score.
+/// A candidate's best score: its gain in log-likelihood, and the gain in each replicate.
 pub(crate) struct Statistic<'s> {
     pub(crate) name: &'s str,
     pub(crate) gain: f64,
@@ -60,7 +62,7 @@ pub(crate) struct Statistic<'s> {
 }
 
 impl<'s> Statistic<'s> {
-    /// All that was screened.
+    /// The statistics of all screened candidates.
     pub(crate) fn all(screened: &'s [Screened]) -> Vec<Self> {
         let candidates = screened.iter().map(|s| Self {
             name: s.name,
@@ -81,23 +83,23 @@ pub(crate) struct PValue {
 }
 
 impl PValue {
-    /// Whether both say that it is no chance.
+    /// Whether both probabilities are low enough that the gain is no chance.
     pub(crate) fn is_real(self) -> bool {
         self.is_real_as_drawn() && self.flipped < CONFIRMED
     }
 
-    /// Whether residuals that are drawn from the fitted world's noise say so.
+    /// Whether the probability by drawn residuals is low enough that the gain is no chance.
     pub(crate) fn is_real_as_drawn(self) -> bool {
         self.drawn < REAL
     }
 }
 
-/// The alarm over a set of statistics.
+/// The joint test over all candidates: the largest excess of any statistic over its own quantile, against the largest in each replicate.
 #[derive(Clone)]
 pub(crate) struct Alarm {
-    /// Of each look, by drawn residuals.
+    /// The 99 % quantile of each statistic under drawn residuals, by candidate.
     quantiles: BTreeMap<String, f64>,
-    /// Of each look: its name, and its gain beyond its quantile.
+    /// Each candidate's name, and its gain beyond its quantile.
     excess: Vec<(String, f64)>,
     /// The most over all statistics in each replicate.
     drawn: Vec<f64>,
@@ -105,7 +107,7 @@ pub(crate) struct Alarm {
 }
 
 impl Alarm {
-    /// Of all statistics together, in replicates that are drawn, then flipped.
+    /// The test over these statistics, whose replicates are the drawn ones, then the flipped ones.
     pub(crate) fn new(statistics: &[Statistic<'_>]) -> Self {
         let each = statistics.iter();
         let quantiles = each
@@ -124,8 +126,8 @@ impl Alarm {
         alarm
     }
 
-    /// Of the same looks beside another model, in replicates that are flipped. What residuals that are drawn gain depends on where fits may
-    /// begin, and not on the model.
+    /// The test of the same candidates beside another model, with `statistics` whose replicates are flipped alone. What drawn residuals gain depends
+    /// on where fits may begin, not on the model, and is kept.
     pub(crate) fn beside(&self, statistics: &[Statistic<'_>]) -> Self {
         Self {
             excess: self.beyond(statistics),
@@ -166,13 +168,13 @@ impl Alarm {
         }
     }
 
-    /// Of the look that gains most: whether there is a gap.
+    /// Probability by chance of the largest gain of all: whether there is a gap.
     pub(crate) fn p_value(&self) -> PValue {
         let each = self.excess.iter().map(|(_, excess)| *excess);
         self.of_excess(each.fold(f64::NEG_INFINITY, f64::max))
     }
 
-    /// Of one look, as one among all.
+    /// Probability by chance of one candidate's gain, as one among all.
     pub(crate) fn p_value_of(&self, name: &str) -> PValue {
         let found = self.excess.iter().find(|(statistic, _)| statistic == name);
         self.of_excess(found.map_or(f64::NEG_INFINITY, |(_, excess)| *excess))

@@ -47,7 +47,7 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
-    /// Log-likelihood, and that of the sizes it takes for wrong.
+    /// Log-likelihood of the strikes, plus the log-prior of what a box alone has: wrong sizes, tip friction and load shift.
     pub(crate) fn likelihood(&self) -> f64 {
         self.estimated.likelihood_here + self.model.log_prior()
     }
@@ -58,12 +58,13 @@ impl Fitted {
         noise > prepared.thresholds.astray * prepared.rig.camera.noise
     }
 
-    /// The same of a round object: a box may tip on its way, in ways that no model holds.
+    /// Whether tracks of a round object differ from it by far more than the camera's stated noise. Never of a box, which may tip on its way as no
+    /// model describes.
     pub(crate) fn is_far_from_round(&self, prepared: &PreparedStrikes<'_>) -> bool {
         prepared.rig.object.shape() != Shape::Box && self.is_far_from(prepared)
     }
 
-    /// As some of the strikes see it.
+    /// This fit restricted to some of the strikes, its estimates unchanged.
     pub(crate) fn only(&self, places: &[usize]) -> Self {
         Self {
             model: self.model.clone(),
@@ -83,8 +84,8 @@ impl Fitted {
         self.estimated.components.nuisance[mixed::FRICTION].hypot(self.estimated.wandered)
     }
 
-    /// Whether no value would move by more than a small share of its standard error: with its prior, for two that the data hardly
-    /// distinguish would else be left wherever they are.
+    /// Whether no value would move by more than a small share of its standard error. The priors count in it: two values that the data hardly
+    /// distinguish have no finite error otherwise.
     fn is_settled(&self) -> bool {
         let Some(covariance) = self.covariance() else {
             return false;
@@ -96,12 +97,12 @@ impl Fitted {
         })
     }
 
-    /// What its next step promises, in log-likelihood.
+    /// Gain in log-likelihood that the next step promises, if tracks are linear over it.
     fn promise(&self) -> f64 {
         self.estimated.likelihood_there - self.estimated.likelihood_here
     }
 
-    /// Whether a fit need go no further.
+    /// Whether a fit has reached its goal.
     fn is_at(&self, goal: Goal) -> bool {
         match goal {
             Goal::Settled => self.is_settled(),
@@ -122,7 +123,7 @@ impl Fitted {
         })
     }
 
-    /// Whether what a step promises is far from what it is compared with.
+    /// Whether the fit stays far below the likelihood that it is compared with, even with the gain that the next step promises.
     fn is_hopeless(&self, goal: Goal) -> bool {
         let there = self.likelihood() + self.promise() + HOPELESS;
         matches!(goal, Goal::Compared { with } if there < with)
@@ -134,7 +135,7 @@ impl Fitted {
         (gained - from.promise()).abs() < f64::max(LOSS, REACH * from.promise())
     }
 
-    /// Of the model's values, with the priors, which keep what the data do not determine finite.
+    /// Covariance of the model's values with their priors, which keep what the data do not determine finite.
     pub(crate) fn covariance(&self) -> Option<DMatrix<f64>> {
         let mut information = self.estimated.information.clone();
         for (i, free) in self.model.free.iter().enumerate() {
@@ -143,8 +144,8 @@ impl Fitted {
         information.try_inverse()
     }
 
-    /// The same, each error no less than strikes differ by: the jackknife over strikes (Bell and McCaffrey 2002, "CR3"), which
-    /// takes neither the noise nor the form of an effect on trust.
+    /// Covariance of the model's values, each standard error at least that of the jackknife over strikes (Bell and McCaffrey 2002, "CR3"), which
+    /// assumes neither the noise nor the form of an effect.
     pub(crate) fn robust_covariance(&self) -> Option<DMatrix<f64>> {
         let covariance = self.covariance()?;
         let p = self.model.free.len();
@@ -203,7 +204,7 @@ impl Fitted {
             .map_or(NINETY_FIVE, |t| t.inverse_cdf(0.975))
     }
 
-    /// An effect whose strength may as well be none: each of its 95 % intervals holds that.
+    /// Place of an effect that may as well be absent: the 95 % interval of each of its strengths holds the neutral value.
     pub(crate) fn unsure(&self) -> Option<usize> {
         let covariance = self.covariance()?;
         (0..self.model.parts.len()).find(|part| {
@@ -242,7 +243,7 @@ impl PreparedStrikes<'_> {
         }))
     }
 
-    /// The same of a model that has moved, by the derivatives from where it was: one slide a strike.
+    /// A model at moved values with the step that a fit would take from there, by the derivatives of `from`: one simulation for each strike.
     fn moves(
         &self,
         model: Model,
@@ -257,7 +258,7 @@ impl PreparedStrikes<'_> {
         }))
     }
 
-    /// A fit under the noise and with the frames that these strikes have now; it goes on from where it was left.
+    /// Fits a model again, from where it was left, under the noise and frames that these strikes have now.
     pub(crate) fn refit(
         &self,
         fitted: &Fitted,
@@ -295,13 +296,13 @@ impl PreparedStrikes<'_> {
         self.fit(model, components, &from.nuisances, goal)
     }
 
-    /// The same, its derivatives taken anew.
+    /// A fitted model linearised again at its present values.
     fn anew(&self, fitted: &Fitted) -> Result<Option<Fitted>, WorldError> {
         let (model, nuisances) = (fitted.model.clone(), fitted.nuisances.clone());
         self.stands(model, nuisances, &fitted.estimated.components, 0.0)
     }
 
-    /// So many good steps at the most.
+    /// Takes at most `iterations` accepted Gauss–Newton steps.
     fn proceed(
         &self,
         mut best: Fitted,
@@ -378,21 +379,21 @@ impl PreparedStrikes<'_> {
 /// How far a fit goes.
 #[derive(Clone, Copy)]
 pub(crate) enum Goal {
-    /// Until no value moves.
+    /// Until no value moves by more than a small share of its standard error.
     Settled,
-    /// Until its likelihood is known well enough to be compared, by derivatives that are taken anew only where they fail to promise what a step
-    /// gains; or until it is plain that it does not come near to what it is compared with.
+    /// Until the likelihood is known well enough to be compared with `with`, or is plainly far below it. Derivatives are taken anew only where the
+    /// gain of a step differs from what they promised.
     Compared { with: f64 },
 }
 
 impl Goal {
-    /// Its likelihood matters whatever it is.
+    /// The likelihood is wanted however low it is: no fit is given up.
     pub(crate) const LIKELIHOOD: Self = Self::Compared {
         with: f64::NEG_INFINITY,
     };
 }
 
-/// What strikes linearised about a model say of it; `None` where they do not determine it.
+/// A fitted model from strikes linearised about it, with the next step; `None` where the strikes do not determine its values.
 fn weighed(
     model: Model,
     linearisation: Linearisation,
@@ -408,7 +409,7 @@ fn weighed(
     })
 }
 
-/// A Gaussian about where each value began, wide enough to move none that the data determine.
+/// A Gaussian prior about where each value began, too wide to move a value that the data determine.
 pub(crate) fn prior(model: &Model) -> Prior {
     let p = model.free.len();
     Prior {
@@ -417,8 +418,8 @@ pub(crate) fn prior(model: &Model) -> Prior {
     }
 }
 
-/// Mean of the strikes' own speeds and frictions, as logarithms, that restitution and friction take over: Gauss–Newton creeps along the line on which both do the
-/// same.
+/// Mean of the strikes' own speeds and frictions, as logarithms, that restitution and friction take over: Gauss–Newton creeps along the line on which
+/// both do the same.
 const COMMON: f64 = 0.05;
 
 fn centre(model: &mut Model, nuisances: &mut [Nuisances]) {
@@ -457,7 +458,7 @@ fn step(from: &Fitted, place: usize) -> f64 {
     step.clamp(-longest, longest)
 }
 
-/// The same for each strike's own speed, angle and friction.
+/// Limits the change of each strike's own speed, angle and friction to [`LONGEST`].
 fn shorten(nuisances: &mut [Nuisances], from: &[Nuisances]) {
     for (to, from) in nuisances.iter_mut().zip(from) {
         for place in mixed::ESTIMATED {
@@ -466,10 +467,10 @@ fn shorten(nuisances: &mut [Nuisances], from: &[Nuisances]) {
     }
 }
 
-/// Precision by which a value is held.
+/// Prior precision that holds a value where it is.
 pub(crate) const HELD: f64 = 1e15;
 
-/// Estimates, with values held that stand at a bound and would go beyond, and all of them damped.
+/// Estimates of β and the variance components, damped, with each value that stands at a bound and would leave its range held there.
 fn held(
     model: &Model,
     products: &[Products],

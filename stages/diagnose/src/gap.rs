@@ -9,8 +9,8 @@ use crate::{
     question::Variation,
 };
 
-/// Stop errors over what strikes scatter by, beyond which a single one counts no more: one normal error in eight thousand is longer, and a strike that went astray does not speak
-/// for the others.
+/// Greatest stop error that a single strike counts with, in units of the strikes' scatter: one normal error in eight thousand is longer, and a strike
+/// that went astray does not speak for the others.
 pub(crate) const LONGEST: f64 = 3.0;
 
 /// Measured less simulated stops, in m; `None` where a strike does not rest, or not in that world. Where most do not rest, the ends of tracks.
@@ -44,7 +44,7 @@ pub(crate) fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-/// The same with no error longer than this, in m, so that a few strikes that went astray hardly move it.
+/// Root mean square, in m, with each error shortened to `longest` (m), so that a few strikes that went astray hardly move it.
 pub(crate) fn clipped_rms(residuals: impl Iterator<Item = Point>, longest: f64) -> f64 {
     rms(residuals.map(|r| r * (longest / r.norm().max(longest))))
 }
@@ -103,7 +103,7 @@ fn change_half_95(both: &[(Point, Point)]) -> Option<f64> {
     Some(t * error / before / (2.0 * ratio.sqrt()))
 }
 
-/// Those residuals whose strikes judge, or those of the others.
+/// The residuals of the strikes that judge, or of the others.
 pub(crate) fn of_part(
     strikes: &[&Strike],
     residuals: &[Option<Point>],

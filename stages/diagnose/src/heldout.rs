@@ -39,7 +39,7 @@ pub(crate) fn folds(prepared: &PreparedStrikes<'_>) -> Vec<usize> {
         .collect()
 }
 
-/// What a model gains over the world without effects on each strike, neither fitted to it.
+/// What a model gains over the world without effects on each strike, which neither was fitted to.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Gains {
     /// Log-likelihood of the whole track.
@@ -83,9 +83,8 @@ pub(crate) fn gains(
 /// What a model predicts of one strike: its log-likelihood, and the square of its stop error, if it predicts a stop.
 type Predicted = (f64, Option<f64>);
 
-/// Log-likelihood of every strike under a model that is fitted to some, and the square of its stop error in m². The stop is one of the
-/// model's own launch, not of the strike's linearised about what was seen of it: by that a launch that is twice too fast would miss by
-/// half of what it does.
+/// Log-likelihood of every strike under a model that is fitted to some of them, and the square of its stop error in m². The stop is simulated from
+/// the model's own launch, not linearised about the strike's: linearised, a launch that is twice too fast would miss by half of what it does.
 fn predictive(
     prepared: &PreparedStrikes<'_>,
     from: &Fitted,
@@ -130,8 +129,8 @@ fn predictive(
     ))
 }
 
-/// The gains, none beyond so many typical ones (medians of their sizes): what only a fifth of the strikes determines may go far wrong
-/// without it, and must not decide over all.
+/// The gains, each limited to `typical` times their median size: what only a fifth of the strikes determines may go far wrong without it, and must
+/// not decide over all.
 pub(crate) fn limited(gains: &[f64], typical: f64) -> Vec<f64> {
     let mut sizes: Vec<f64> = gains.iter().map(|gain| gain.abs()).collect();
     sizes.sort_by(f64::total_cmp);
@@ -148,7 +147,7 @@ pub(crate) fn total(gains: &[f64]) -> (f64, f64) {
     (sum, (n * variance).sqrt())
 }
 
-/// What is no chance, one-sided: effects that predict tracks no better are taken for some that do in one case of twenty.
+/// One-sided level of the test: effects that predict tracks no better pass in one case of twenty.
 const BY_CHANCE: f64 = 0.05;
 
 /// Whether effects pay in stops of strikes that were `left_out` of fits in turn, by the fall of each strike's squared error: over all it must be
@@ -157,7 +156,7 @@ pub(crate) fn pays(left_out: &[f64]) -> bool {
     left_out.iter().sum::<f64>() > 0.0
 }
 
-/// Whether the mean is above zero beyond chance; that of fewer than two is not.
+/// Whether the mean of the gains is above zero beyond chance; never of fewer than two.
 pub(crate) fn is_beyond_chance(gains: &[f64]) -> bool {
     let (sum, error) = total(gains);
     quantile(gains.len(), 1.0 - BY_CHANCE).is_some_and(|t| sum > t * error)
@@ -178,7 +177,7 @@ mod tests {
     use super::*;
     use crate::Thresholds;
 
-    /// So many gains about a mean, in units of their scatter.
+    /// `count` gains about a mean, in units of their scatter.
     fn gains(count: usize, mean: f64, seed: u64) -> Vec<f64> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let normal = |random: &mut ChaCha8Rng| -> f64 { StandardNormal.sample(random) };

@@ -22,23 +22,23 @@ use crate::{
 /// A strike's columns: coordinates in m, all x, then all y.
 #[derive(Clone, Debug)]
 pub(crate) struct Derivatives {
-    /// By the nuisances.
+    /// Derivatives by the strike's nuisances, a column each.
     pub(crate) nuisances: DMatrix<f64>,
-    /// By the model's values.
+    /// Derivatives by the model's values, a column each.
     pub(crate) values: DMatrix<f64>,
 }
 
-/// One strike about a model.
+/// One strike, linearised about a model.
 #[derive(Clone, Debug)]
 pub(crate) struct Linearised {
     derivatives: Arc<Derivatives>,
-    /// Simulated frames.
+    /// Simulated coordinates of its frames, in m: all x, then all y.
     pub(crate) simulated: DVector<f64>,
-    /// Measured less simulated, as if the nuisances were none.
+    /// Measured less simulated coordinates, in m, were the nuisances zero.
     pub(crate) residual: DVector<f64>,
 }
 
-/// The same with independent errors: see [`Whitening`].
+/// One strike, linearised about a model and scaled so that its errors are independent: see [`Whitening`].
 #[derive(Clone, Debug)]
 pub(crate) struct Whitened {
     derivatives: Arc<Derivatives>,
@@ -61,17 +61,17 @@ impl Deref for Whitened {
     }
 }
 
-/// All strikes about a model.
+/// All strikes, linearised about a model.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Linearisation {
-    /// As simulated; shared by the same linearisation under other noise.
+    /// Each strike as simulated, before whitening; shared by linearisations that differ in noise alone.
     pub(crate) raw: Arc<Vec<Linearised>>,
     pub(crate) whitened: Vec<Whitened>,
     pub(crate) products: Vec<Products>,
 }
 
 impl Linearisation {
-    /// Of strikes under their noise.
+    /// Whitens linearised strikes by their noise, and sums up their products.
     pub(crate) fn new(prepared: &PreparedStrikes<'_>, raw: Arc<Vec<Linearised>>) -> Self {
         let (whitened, products) = raw
             .par_iter()
@@ -90,7 +90,8 @@ impl Linearisation {
         }
     }
 
-    /// Of a model that has moved, by these derivatives; `None` where a strike does not come to rest.
+    /// The linearisation of a model at moved values: strikes are simulated there, derivatives kept from here. `None` where a strike does not come to
+    /// rest.
     pub(crate) fn moved(
         &self,
         prepared: &PreparedStrikes<'_>,
@@ -131,7 +132,7 @@ impl Linearisation {
         }))
     }
 
-    /// Of some of the strikes, to be weighed.
+    /// The linearisation of some of the strikes, not whitened yet.
     pub(crate) fn only(&self, places: &[usize]) -> Self {
         let raw: Vec<_> = places.iter().map(|i| self.raw[*i].clone()).collect();
         Self {
@@ -157,7 +158,7 @@ pub(crate) fn products_under(
         .collect()
 }
 
-/// The effects of a model, and those of a model a step beside for each value.
+/// A model's effects, and its effects with each of its values a step away.
 struct Effects {
     here: Vec<Box<dyn Effect>>,
     beside: Vec<Stepped>,
@@ -193,20 +194,20 @@ impl Effects {
     }
 }
 
-/// How the derivative by one of a model's values comes about.
+/// How the derivative of a track by one of a model's values is computed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Source {
-    /// From the rates of the frames.
+    /// By the velocity at each frame.
     Clock,
-    /// From how the object leaves the tip, and the derivatives by that.
+    /// By the change of the launch, times the track's derivatives by the launch.
     Launch,
-    /// From friction that is the same all through a slide, and the derivative by that; from another slide, where a force is so.
+    /// By the change of a friction that is constant during a slide, times the track's derivative by it; by a second slide where a force is constant.
     Even,
-    /// From another slide.
+    /// By the difference to a second simulated slide.
     Slide,
 }
 
-/// A model's world, and those a step beside for each of its values.
+/// A model's world, and the worlds with each of its values a step away.
 struct Worlds<'w, 'a> {
     prepared: &'w PreparedStrikes<'a>,
     here: Planar<'w>,
@@ -332,7 +333,7 @@ impl<'w, 'a> Worlds<'w, 'a> {
     }
 }
 
-/// How one strike's derivative by a value comes about.
+/// How one strike's derivative by one of the model's values is computed.
 enum Beside {
     Clock,
     Launch(Launched),
@@ -341,12 +342,12 @@ enum Beside {
     Slide,
 }
 
-/// How a release changes by one of a model's values.
+/// Derivative of how the object leaves the tip by one of a model's values.
 struct Launched {
-    /// Of the logarithm of its speed, and its angle.
+    /// Derivatives of the logarithm of the launch speed, and of the launch angle (rad).
     speed: f64,
     angle: f64,
-    /// What that leaves of its time, position and spin.
+    /// Derivatives of time (s), position (m) and spin (rad/s) that the change of speed and angle does not explain.
     time: f64,
     position: Point,
     spin: f64,
@@ -390,7 +391,7 @@ impl Linearised {
         (0..n).map(|k| rate[k].hypot(rate[n + k])).collect()
     }
 
-    /// With independent errors.
+    /// This strike scaled so that its errors are independent.
     pub(crate) fn whitened(&self, whitening: &Whitening) -> Whitened {
         Whitened {
             derivatives: Arc::new(Derivatives {

@@ -19,7 +19,7 @@ const LEAST_SPEED: f64 = 0.01;
 pub(crate) struct LoadShift {
     /// 1 for all of it.
     pub(crate) part: f64,
-    /// Of the centre of mass above the table, in m.
+    /// Height of the centre of mass above the table, in m.
     pub(crate) height: f64,
     /// Mean distance of the base's elements from its centre, in m.
     pub(crate) arm: f64,

@@ -68,7 +68,7 @@ pub(crate) fn maps(
     Ok(maps)
 }
 
-/// What one strike says of the model's values and the bumps' heights together, and where its last frame goes with them.
+/// One strike's normal equations in the model's values and the bumps' heights together, and the position of its last frame with them.
 struct Normal {
     information: DMatrix<f64>,
     score: DVector<f64>,

@@ -20,7 +20,7 @@ use crate::{
 pub(crate) struct FreeParameter {
     /// Which effect of the model, and its parameter; none for the numbers that are the world's own.
     pub(crate) of: Option<(usize, String)>,
-    /// Whether it says how strong an effect is.
+    /// Whether this parameter is the strength of an effect.
     pub(crate) is_strength: bool,
     /// Step of the finite differences.
     pub(crate) step: f64,
@@ -38,9 +38,9 @@ pub(crate) const RESTITUTION: usize = 1;
 pub(crate) const CLOCK: usize = 2;
 /// Place of the share by which launch angles are off where sizes are wrong: every model of a box has it.
 const SIZES: usize = 3;
-/// And of the logarithm of a factor on the tip's friction, which a box that is struck aslant shows where the tip slips.
+/// Place of the logarithm of a factor on the tip's friction, which a box that is struck aslant shows where the tip slips.
 const TIP_FRICTION: usize = 4;
-/// And of the part of the load that shifts to its front as it brakes.
+/// Place of the part of a box's load that shifts to its front as it brakes.
 pub(crate) const LOAD_SHIFT: usize = 5;
 
 /// An effect in a model: some parameters free, the others fixed.
@@ -49,9 +49,9 @@ pub(crate) struct Part {
     pub(crate) name: &'static str,
     /// All of its parameters that are not neutral, by name; those that are free here start here.
     pub(crate) parameters: BTreeMap<String, f64>,
-    /// Names of the free ones.
+    /// Names of the free parameters.
     pub(crate) free: Vec<String>,
-    /// Those of them that say how strong it is.
+    /// Names of the free parameters that say how strong the effect is.
     pub(crate) strengths: Vec<String>,
     /// Ranges narrower than the library's, where these strikes say nothing beyond.
     pub(crate) within: BTreeMap<String, (f64, f64)>,
@@ -64,15 +64,16 @@ pub(crate) struct Part {
 pub(crate) struct Model {
     pub(crate) parts: Vec<Part>,
     pub(crate) free: Vec<FreeParameter>,
-    /// Friction, restitution, clock (s), for a box the share of its wrong sizes, the tip's friction and the part of its load that shifts, then the free parameters of the parts in order.
+    /// Friction, restitution, clock (s), for a box the share of its wrong sizes, the tip's friction and the part of its load that shifts, then the
+    /// free parameters of the parts in order.
     pub(crate) values: Vec<f64>,
 }
 
 /// Factor by which friction may differ from where it was identified.
 const FURTHEST: f64 = 5.0;
-/// And by so much, where it is next to nothing: what drag does there may have been taken for it.
+/// Least change of friction that its range allows: where friction is next to nothing, drag may have been taken for it.
 const LEAST: f64 = 0.05;
-/// Its step of differences is that of this friction at the least.
+/// Least friction from which the step of friction's finite difference is taken.
 const LEAST_STEPPED: f64 = 0.01;
 /// How many scales wide the prior of an effect's parameter is: wide enough to move no estimate that the data determine.
 pub(crate) const PRIOR: f64 = 20.0;
@@ -80,19 +81,19 @@ pub(crate) const PRIOR: f64 = 20.0;
 const EDGE: f64 = 1e-3;
 /// Steps of finite differences, as a share of a parameter's scale.
 const STEP: f64 = 0.05;
-/// Logarithm by which the tip's friction may differ from where it was identified, effects left out, and its prior's standard deviation.
+/// Logarithm by which the tip's friction may differ from where it was identified, effects left out, and the standard deviation of its prior.
 const TIP_FRICTIONS: (f64, f64) = (0.7, 0.3);
-/// Step of the differences by it: where a tip begins to slip, a launch bends much.
+/// Step of the finite difference by the logarithm of the tip's friction: small, for a launch bends much where a tip begins to slip.
 const STEP_OF_TIP_FRICTION: f64 = 0.001;
-/// Greatest part of a box's load that may shift (less than none by as much), and its prior's standard deviation.
+/// Greatest part of a box's load that may shift, to either side of none, and the standard deviation of its prior.
 const LOAD_SHIFTS: (f64, f64) = (2.0, 1.0);
-/// Step of the differences by it.
+/// Step of the finite difference by the part of the load that shifts.
 const STEP_OF_LOAD_SHIFT: f64 = 0.1;
-/// Step of the differences by the share of wrong sizes.
+/// Step of the finite difference by the share of wrong sizes.
 const STEP_OF_SHARE: f64 = 0.005;
 
 impl Model {
-    /// No effect: friction and restitution as given, the clock late by half a frame, a rig file that is right.
+    /// A model without effects: friction and restitution as given, the clock late by half a frame, the sizes of the rig file.
     pub(crate) fn plain(
         friction: f64,
         restitution: f64,
@@ -164,7 +165,7 @@ impl Model {
         self.sizes().map(|_| TIP_FRICTION)
     }
 
-    /// Logarithm of the priors of what a box alone has, above those of none: the other priors move nothing that the data determine.
+    /// Log-density of the priors of what a box alone has, less that at zero; other priors move no value that the data determine.
     pub(crate) fn log_prior(&self) -> f64 {
         let of_a_box = SIZES..self.own().max(SIZES);
         of_a_box
@@ -172,8 +173,8 @@ impl Model {
             .sum()
     }
 
-    /// The same with one effect more. A law of restitution needs one: below nothing, an object would leave slower than the tip that struck it,
-    /// and the law would stand for what the arm delivers.
+    /// This model with one more effect. With a law of restitution, restitution may not be negative: an object would leave slower than the tip that
+    /// struck it, and the law would stand for what the arm delivers.
     pub(crate) fn with(&self, part: Part) -> Self {
         let mut model = self.clone();
         let place = model.parts.len();
@@ -209,7 +210,7 @@ impl Model {
         model
     }
 
-    /// The same without one of its effects.
+    /// This model without the effect at `place`, the others at their present values.
     pub(crate) fn without(&self, place: usize) -> Self {
         let mut model = Self {
             parts: Vec::new(),
@@ -236,7 +237,7 @@ impl Model {
         parts
     }
 
-    /// Friction or restitution at the end of what a world may have: its name and value. The data want what no world has.
+    /// Friction or restitution that lies at an end of its range: its name and value. The data then want what no world has.
     pub(crate) fn world_at_end(&self) -> Option<(&'static str, f64)> {
         [("friction", FRICTION), ("restitution", RESTITUTION)]
             .into_iter()
@@ -298,7 +299,7 @@ fn world_parameter(name: &str) -> &'static ParameterSpec {
     parameter(name).expect("every world has friction and restitution")
 }
 
-/// As an effect of `world.toml`, without intervals.
+/// A part as an effect of `world.toml`, without intervals.
 pub(crate) fn added(part: &Part) -> AddedEffect {
     AddedEffect {
         name: part.name.into(),

@@ -26,7 +26,7 @@ const PLACES: usize = 3;
 const MARGIN: f64 = 0.03;
 /// Frames of a proposed strike.
 const FRAMES: usize = 40;
-/// T from which a pair is separated in 95 of 100 cases: Φ(√T/2).
+/// Value of T from which a pair is separated in 95 of 100 cases: Φ(√T/2).
 const ENOUGH: f64 = 10.8;
 
 /// How far one strike separates two models, and how much of that the rival could follow.
@@ -147,8 +147,7 @@ pub(crate) fn next_strikes(
         .collect())
 }
 
-/// The most usual command again and again: what repeats scatter by is then measured, where no command was repeated and all that no question finds is
-/// taken for it.
+/// Repeats of the most usual command, so that the scatter of repeats is measured; without them, all that no question finds is taken for it.
 pub(crate) fn repeats(seen: &[&Strike], settings: &Diagnose) -> Vec<NextStrike> {
     let ranks = |value: fn(&Strike) -> f64| {
         let mut order: Vec<usize> = (0..seen.len()).collect();
@@ -178,7 +177,7 @@ pub(crate) fn repeats(seen: &[&Strike], settings: &Diagnose) -> Vec<NextStrike> 
     again.take(settings.next_strikes).collect()
 }
 
-/// So many values over a range, its ends among them; rounded as a person would type, the ends inwards.
+/// `count` values over a range, its ends among them; rounded as a person would type, the ends inwards.
 fn over(low: f64, high: f64, count: usize) -> impl Iterator<Item = f64> {
     const DIGITS: f64 = 1e4;
     let ends = ((low * DIGITS - 1e-6).ceil(), (high * DIGITS + 1e-6).floor());
@@ -301,7 +300,7 @@ impl<'r> Contrast<'r> {
         })
     }
 
-    /// What a set of strikes says, beside all that the rival has learnt.
+    /// What a set of strikes says between model and rival, on top of all that the rival has learnt.
     fn information_of(&self, chosen: &[usize]) -> SetInformation {
         let nothing = SetInformation {
             square: 0.0,
@@ -311,7 +310,7 @@ impl<'r> Contrast<'r> {
         chosen.iter().fold(nothing, |sum, i| self.and(&sum, *i))
     }
 
-    /// The same with one more.
+    /// What a set says with strike `i` added.
     fn and(&self, set: &SetInformation, i: usize) -> SetInformation {
         let mut more = set.clone();
         if let Some(strike) = &self.by_strike[i] {

@@ -69,7 +69,7 @@ pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<Str
 /// 95 % intervals by which a share must differ from none to be told: a right rig file is doubted once in a thousand.
 const DOUBTED: f64 = 1.7;
 
-/// That launch angles are off by a share, where the data determine it, and what that says of the sizes; where the arm's state is logged it
+/// A sentence that launch angles are off by a share, where the data determine it, and what that says of the sizes; where the arm's state is logged it
 /// is not the arm's.
 pub(crate) fn wrong_sizes(rig: &Rig, fitted: &Fitted, is_delivered: bool) -> Option<String> {
     let place = fitted.model.sizes()?;
@@ -101,7 +101,7 @@ pub(crate) fn wrong_sizes(rig: &Rig, fitted: &Fitted, is_delivered: bool) -> Opt
 /// Factor on the rig file's r/h up to which sizes are doubted in the arm's place: both off by a half, one up and one down.
 const DOUBTED_RATIO: f64 = 3.0;
 
-/// That wrong sizes of a box launch as the arm's error does that is named, where they need not be absurd.
+/// A sentence that wrong sizes of a box launch as the arm's error does that is named, where they need not be absurd.
 pub(crate) fn arm_or_sizes(rig: &Rig, fitted: &Fitted) -> Option<String> {
     let model = &fitted.model;
     let share = model.values[model.sizes()?];
@@ -137,7 +137,7 @@ pub(crate) fn friction_and_restitution(world: &World) -> Option<String> {
     ))
 }
 
-/// That tracks do not show how the object is braked on its way.
+/// A sentence that tracks do not show how the object is braked on its way.
 pub(crate) fn astray() -> String {
     "tracks of this box differ from any slide of this world by far more than the camera's noise, as where a box tips or turns: effects \
      are identified from launches and from the friction of whole strikes, and none that acts on the way or in the camera's picture"
@@ -194,7 +194,7 @@ pub(crate) fn beside_never_named(others: &[String]) -> Option<String> {
     })
 }
 
-/// That effects do not pay on strikes that took no part in their fit.
+/// A sentence that effects do not pay on strikes that took no part in their fit.
 pub(crate) fn does_not_pay(gains: &Gains) -> String {
     let (sum, error) = heldout::total(&gains.stop);
     let each = 1e6 / gains.stop.len().max(1) as f64;
@@ -247,7 +247,7 @@ pub(crate) fn left_out(usable: &Usable, pushed: usize) -> Vec<String> {
     notes
 }
 
-/// That a box's yaw was tracked, and used; none where it was not, or counts for nothing.
+/// A sentence that a box's yaw was tracked, and used; none where it was not, or counts for nothing.
 pub(crate) fn turned(rig: &Rig, strikes: &[&Strike]) -> Option<String> {
     let yaws: Vec<f64> = strikes.iter().filter_map(|s| s.conditions.yaw).collect();
     if rig.object.shape() != Shape::Box || yaws.is_empty() {
@@ -270,7 +270,7 @@ pub(crate) fn turned(rig: &Rig, strikes: &[&Strike]) -> Option<String> {
 /// Share by which a camera's lengths may be too long, to say what that would do.
 const SCALE: f64 = 0.01;
 
-/// What tracks do not show: a camera whose lengths are all too long by a share shows the same slides under as much more friction, after
+/// A sentence on what tracks do not show: a camera whose lengths are all too long by a share shows the same slides under as much more friction, after
 /// launches that are as much faster.
 pub(crate) fn camera_scale(friction: f64, restitution: f64) -> String {
     format!(
@@ -285,7 +285,7 @@ pub(crate) fn camera_scale(friction: f64, restitution: f64) -> String {
 /// Held-out strikes below which the gap's figures are coarse.
 const JUDGES: usize = 10;
 
-/// That few strikes judge the gap.
+/// A sentence that few strikes judge the gap; none where enough do.
 pub(crate) fn few_judges(count: usize) -> Option<String> {
     let judges = match count {
         1 => "only one strike judges".into(),

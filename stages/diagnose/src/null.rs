@@ -15,7 +15,7 @@ use crate::{
     strikes::{Nuisances, PreparedStrikes},
 };
 
-/// Change of restitution from which launches are taken again about the fit, and how often at the most.
+/// Change of restitution from which launches are set anew about the fit, and the number of times at the most.
 const FAR: f64 = 0.1;
 const REBASED: usize = 4;
 /// Steps of expectation and maximisation at each trial of ρ and κ, and of Gauss–Newton after it.
@@ -91,8 +91,8 @@ fn with_noise_about<'a>(
     prepared.with_noise(noise)
 }
 
-/// Strikes whose noise and frames are estimated anew about a model with effects, the model fitted so, and the same of the
-/// world without effects.
+/// Strikes whose noise and frames are estimated anew about a model with effects; the world without effects and that model, each refitted under them.
+/// `None` where either fit fails.
 pub(crate) fn renewed<'a>(
     prepared: &PreparedStrikes<'a>,
     null: &Fitted,

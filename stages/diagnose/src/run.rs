@@ -63,13 +63,13 @@ impl Stage for Diagnose {
     }
 }
 
-/// Over what strikes scatter by, misses of the identified world from which on it is not the world of these strikes, though one fitted to them
-/// alone leaves no gap: chance stays below it where as many judge.
+/// Misses of the identified world, in units of the strikes' scatter, from which on it is not the world of these strikes, though a world fitted to
+/// them alone leaves no gap: chance stays below it where as many judge.
 const CONTRADICTS: f64 = 2.0;
 const JUDGES: usize = 8;
 
-/// Whether no gap is left by a world that was fitted to the strikes alone, and a great one by the identified world, which slides that no strike
-/// began, or the rig file, have taught, too. A strike that went astray says no more than that one did.
+/// Whether a world fitted to the strikes alone leaves no gap while the identified world, which slides that no strike began or the rig file have
+/// taught as well, leaves a great one. A strike that went astray counts for no more than itself.
 fn contradicts_its_strikes(gap: &Gap, residuals: &[StopResidual]) -> bool {
     let scatter = gap.noise_floor.hypot(gap.wander).hypot(gap.sessions);
     let judges = residuals.iter().filter(|residual| residual.is_heldout);
@@ -234,16 +234,16 @@ impl Diagnose {
     }
 }
 
-/// What is asked before an effect is left out.
+/// Questions to be answered before an effect is left out.
 struct Pruning<'p> {
-    /// Whether what is left without it has no other form over the order than a wander's.
+    /// Whether what is left without the effect depends on the order in no other form than a wander.
     is_wander: &'p dyn Fn(&Selection<'_>) -> bool,
-    /// Whether the one at this place acts in a part of the strikes: fitted to all, it moves stops by less than it does where it acts.
+    /// Whether the effect at this place acts in a part of the strikes alone: fitted to all, it moves stops by less than it does where it acts.
     acts_in_part: &'p dyn Fn(&Selection<'_>, usize) -> bool,
 }
 
-/// Without the effects whose strength may as well be none, without those of friction by the order that a wander holds as well, where what is left
-/// has no other form than a wander's, and without those that move stops by little in all strikes, of which the names are returned.
+/// The selection without three kinds of effects: those whose strength may be neutral; those of friction by the order that a wander explains as well,
+/// where what is left has no other form; and those that move stops by little in all strikes, whose names are returned.
 fn pruned<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],
@@ -273,7 +273,7 @@ fn pruned<'a>(
     Ok((selection, little))
 }
 
-/// What came before each strike; the first of a session came as long after nothing as the second after it.
+/// What came before each strike. The pause before the first strike of a session is taken to be as long as that before its second.
 fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<Before> {
     let mut logs: BTreeMap<&str, Vec<&Strike>> = BTreeMap::new();
     for strike in &input.strikes {
@@ -298,7 +298,7 @@ fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<Before> {
     prepared.strikes.iter().map(before).collect()
 }
 
-/// Strikes with their launches, and how many were left out, for their object does not leave the tip.
+/// Strikes with their launches, and the number left out because their object does not leave the tip.
 pub(crate) fn prepare<'a>(
     rig: &'a Rig,
     world: &World,
@@ -329,8 +329,8 @@ fn is_astray(selection: &Selection<'_>) -> bool {
     prepared.rig.object.shape() == Shape::Box && selection.fitted.is_far_from(prepared)
 }
 
-/// The effects, if together they predict strikes that took no part in their fit better, beyond chance; none otherwise, with those that do not, and a
-/// sentence that says so.
+/// The effects, if together they predict strikes that took no part in their fit better, beyond chance. Otherwise none, with those that do not as
+/// `unpaid`, and a sentence that says so.
 fn paying(selection: Selection<'_>) -> Result<Paying<'_>, DiagnoseError> {
     if selection.effects.is_empty() {
         return Ok(Paying::all(selection, Gains::default()));
@@ -376,11 +376,11 @@ fn moved_by_all(selection: &Selection<'_>) -> Result<f64, DiagnoseError> {
     Ok(gap::rms(moved.flatten()))
 }
 
-/// What pays on strikes that took no part in a fit.
+/// The effects that pay on strikes left out of their fit.
 struct Paying<'a> {
     selection: Selection<'a>,
     gains: Gains,
-    /// The effects that were found and do not, and the sentence that says so.
+    /// The effects that were found and do not pay, and the sentence that says so.
     unpaid: Option<Selection<'a>>,
     note: Option<String>,
 }
@@ -396,7 +396,7 @@ impl<'a> Paying<'a> {
     }
 }
 
-/// The same, fitted with launches about its own impacts.
+/// The selection fitted again with launches about the impacts that its own model predicts.
 fn about_itself<'a>(
     mut selection: Selection<'a>,
     world: &World,

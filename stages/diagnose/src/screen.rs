@@ -19,13 +19,13 @@ use crate::{
     strikes::{Nuisances, PreparedStrikes},
 };
 
-/// What each candidate gains by chance where it is not: the quantile of its replicates, by name.
+/// Gain in log-likelihood that each candidate reaches by chance where it is absent: a quantile of its replicates, by name.
 pub(crate) type Chance = BTreeMap<&'static str, f64>;
 
 /// Starts of a candidate, the best by their scores, from which a whole step is taken.
 const STEPS: usize = 4;
 
-/// Starts of a candidate that are remembered.
+/// Number of a candidate's best starts that are kept.
 const SHORT: usize = 8;
 
 /// Starts that are scored at once, which bounds the memory that their columns take.
@@ -37,12 +37,12 @@ pub(crate) struct Start {
     pub(crate) model: Model,
     pub(crate) components: VarianceComponents,
     pub(crate) nuisances: Vec<Nuisances>,
-    /// Gain in log-likelihood, were all linear.
+    /// Gain in log-likelihood, if tracks are linear over the step.
     pub(crate) gain: f64,
 }
 
 impl Start {
-    /// As Akaike would have it: a parameter more must bring as much.
+    /// Gain less the number of free values (Akaike's criterion): a parameter more must bring as much.
     fn penalised_gain(&self) -> f64 {
         self.gain - self.model.free.len() as f64
     }
@@ -55,7 +55,7 @@ pub(crate) struct Screened {
     /// Greatest gain over its starts: the score at the scatter of the fitted model, which is what chance is known of, or what a
     /// whole step gains where that scatter is of the effect's own making.
     pub(crate) score: f64,
-    /// The best of where its fits may begin.
+    /// The best starts of its fits.
     pub(crate) shortlist: Vec<FitStart>,
     /// Where fits may begin, the best first.
     pub(crate) starts: Vec<Start>,
@@ -63,7 +63,7 @@ pub(crate) struct Screened {
     pub(crate) strength: (String, f64),
     /// The greatest score in each replicate.
     pub(crate) by_chance: Vec<f64>,
-    /// What each start says.
+    /// Score of each start.
     scores: Vec<Arc<Score>>,
 }
 
@@ -109,7 +109,7 @@ pub(crate) fn screen(
     }
 }
 
-/// The same by a test that is there, with its replicates.
+/// Screens all candidates that the model does not hold, by a score test that is already built, with its replicates.
 pub(crate) fn screen_by(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
@@ -172,8 +172,8 @@ fn best_of_each_form<'s, 'b>(ranked: &'s [ScoredStart<'b>]) -> Vec<&'s ScoredSta
     best.into_iter().chain(others).take(STEPS).collect()
 }
 
-/// A fitted model with a little of an effect beside it, from each of these starts that strikes can be simulated from and that they
-/// distinguish from the model's own values.
+/// Scores a fitted model with a little of an effect added, for each of these starts at which strikes can be simulated and the effect is distinct from
+/// the model's own values.
 fn scored<'b>(
     prepared: &PreparedStrikes<'_>,
     fitted: &'b Fitted,
@@ -274,18 +274,18 @@ fn moved(
     )
 }
 
-/// A fitted model with a little of an effect beside it.
+/// A fitted model with a little of an effect added, and its score.
 struct ScoredStart<'b> {
     fitted: &'b Fitted,
     name: &'static str,
     begin: &'b FitStart,
-    /// What it changes of each strike, and what that says.
+    /// Change of each strike's track by the little effect, and its score.
     moved: StrikeColumns,
     score: Arc<Score>,
 }
 
 impl<'b> ScoredStart<'b> {
-    /// As Akaike would have it: a parameter more must bring as much.
+    /// Gain less the number of free values (Akaike's criterion): a parameter more must bring as much.
     fn penalised_gain(&self) -> f64 {
         self.score.gain - self.begin.free.len() as f64
     }
@@ -297,7 +297,7 @@ impl<'b> ScoredStart<'b> {
         (strength.clone(), self.score.error * size.abs())
     }
 
-    /// A whole step from here, or what the score says where that has no answer.
+    /// The start after a whole linear step from here, or by the score alone where the step has no solution.
     fn start(&self, test: &ScoreTest<'_, '_>) -> Start {
         let columns = &self.begin.columns;
         let is_kept = self.begin.is_kept();

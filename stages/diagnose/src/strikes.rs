@@ -30,7 +30,7 @@ pub(crate) struct PreparedStrikes<'a> {
     pub(crate) launches: Vec<Launch>,
     base: Base,
     gyration: f64,
-    /// ρ and κ.
+    /// Correlation ρ and jitter κ of the camera's noise.
     pub(crate) noise: FrameNoise,
     /// Each strike's frames.
     pub(crate) frames: Vec<noise::Frames>,
@@ -40,7 +40,7 @@ pub(crate) struct PreparedStrikes<'a> {
     pub(crate) paths: Vec<Path>,
 }
 
-/// A launch that is slower than this share of another is none.
+/// Share of another strike's launch speed below which an object does not count as launched.
 const SLOWEST: f64 = 1e-3;
 
 /// A strike's nuisances, as planar form takes them.
@@ -97,21 +97,21 @@ impl<'a> PreparedStrikes<'a> {
         }
     }
 
-    /// The same strikes under other noise.
+    /// These strikes, their frames whitened anew for this camera noise.
     pub(crate) fn with_noise(mut self, noise: FrameNoise) -> Self {
         self.whitenings = whitenings(&self.frames, noise);
         self.noise = noise;
         self
     }
 
-    /// The same with other frames left out, and other speeds (m/s) at them.
+    /// These strikes with `frames` (frames kept, and speeds at them in m/s) in place of their own, whitened anew.
     pub(crate) fn with_frames(mut self, frames: Vec<noise::Frames>) -> Self {
         self.whitenings = whitenings(&frames, self.noise);
         self.frames = frames;
         self
     }
 
-    /// Some of the strikes.
+    /// These strikes restricted to the ones at `places`.
     pub(crate) fn only(&self, places: &[usize]) -> Self {
         Self {
             strikes: places.iter().map(|i| self.strikes[*i]).collect(),
@@ -134,8 +134,8 @@ impl<'a> PreparedStrikes<'a> {
         each.filter(|kept| !**kept).count()
     }
 
-    /// The same strikes, their launches taken around the impacts of a fitted model: far from a launch's own impact its parabola
-    /// leaves MuJoCo. As it stands where an object would not leave the tip.
+    /// These strikes, each launch's parabola set around the impact that a fitted model predicts: far from its own impact a launch departs from
+    /// MuJoCo. Launches are unchanged where some object would not leave the tip.
     pub(crate) fn about(&self, world: &World, model: &Model) -> Result<Self, WorldError> {
         let effects = model.effects(self.rig, &model.values)?;
         let impacts: Vec<Impact> = self
@@ -196,7 +196,7 @@ impl<'a> PreparedStrikes<'a> {
         )
     }
 
-    /// The same with how it answers to small changes, in steps no longer than `longest` (m).
+    /// One strike's simulated frames with their derivatives, integrated in steps no longer than `longest` (m); `None` where it does not come to rest.
     pub(crate) fn response(
         &self,
         planar: &Planar<'_>,
@@ -214,7 +214,7 @@ impl<'a> PreparedStrikes<'a> {
         )
     }
 
-    /// Change of its frames in another world.
+    /// Change of a strike's frames in another world.
     pub(crate) fn answer_of(
         &self,
         response: &Response<'_>,

@@ -4,7 +4,7 @@ use values::{Split, Strike};
 
 use crate::{Diagnose, DiagnoseError, Input};
 
-/// Strikes below which friction, launch and their scatter leave nothing to distinguish effects by.
+/// Least number of strikes: with fewer, friction, launch and their scatter leave nothing to distinguish effects by.
 pub(crate) const FEWEST: usize = 8;
 /// Frames that a track must have.
 const FRAMES: usize = 6;
@@ -14,8 +14,8 @@ pub(crate) struct Usable {
     pub(crate) strikes: Vec<Strike>,
     /// Strikes whose object is pushed a second time.
     pub(crate) pushed_again: usize,
-    /// Whether these are among them, for they are most, or too few others are there: nothing that a candidate does makes an object
-    /// speed up again.
+    /// Whether strikes whose object is pushed a second time are kept, because they are most, or too few others are there: no candidate makes an
+    /// object speed up again.
     pub(crate) are_pushed_again: bool,
 }
 

@@ -16,14 +16,14 @@ use crate::robust::median;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State {
     pub(crate) stamp: i64,
-    /// In m/s.
+    /// Measured velocity of the tip, in m/s.
     pub(crate) velocity: Point,
-    /// In m; NaN where it was not logged.
+    /// Measured position of the tip, in m; NaN where it was not logged.
     pub(crate) position: Point,
 }
 
 impl State {
-    /// Its velocity, as a command.
+    /// The measured velocity in the form of a command.
     pub(crate) fn as_command(&self) -> Sample {
         Sample {
             stamp: self.stamp,
@@ -42,7 +42,7 @@ impl Stamped for State {
 /// How long after the tip's touch, by its measured place, an object was seen to move.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TouchDelay {
-    /// In s.
+    /// The delay, in s.
     pub seconds: f64,
     /// Speed of the tip meanwhile, in m/s.
     pub speed: f64,
@@ -53,9 +53,9 @@ pub struct TouchDelay {
 pub struct Meeting {
     /// Place of the tip's centre, in m.
     pub tip: Point,
-    /// Its velocity, in m/s.
+    /// The tip's measured velocity, in m/s.
     pub velocity: Point,
-    /// The same by its places right before; none where these do not tell.
+    /// The tip's velocity, in m/s, from its places right before; none where it moved too little in them to tell.
     pub moved: Option<Point>,
     /// Place of the object's centre, in m.
     pub object: Point,
@@ -65,7 +65,7 @@ pub struct Meeting {
 pub(crate) struct LaunchContext<'a> {
     /// Commands from rise to fall.
     pub(crate) commands: &'a [Sample],
-    /// Their plateau.
+    /// Speed and direction of the commands' plateau.
     pub(crate) command: Command,
     /// Stamp of first motion, in ns, and seconds from the frame before to it.
     pub(crate) first_motion: i64,
@@ -76,19 +76,19 @@ pub(crate) struct LaunchContext<'a> {
     pub(crate) noise: f64,
 }
 
-/// States are looked at from this long before the command rises, in s.
+/// Time, in s, before the command rises from which states are used.
 const BEFORE: f64 = 0.05;
-/// Fewer states up to contact are not evaluated.
+/// Least number of states up to contact.
 const FEWEST_STATES: usize = 4;
-/// Of more states, as many are used.
+/// Greatest number of states that are used.
 const MOST_STATES: usize = 400;
-/// The nearest state lies no farther from contact than this, in s: 50 Hz with one missing, and some.
+/// Greatest time, in s, from contact to the nearest state: 50 Hz with one missing, and some.
 const NEAREST: f64 = 0.05;
-/// A tip's velocity by its places is taken over this time, in s.
+/// Time, in s, over which a tip's velocity is taken from its places.
 const WAY: f64 = 0.04;
-/// An arm that delivers less than this part of the command was not seen to strike.
+/// Share of the command that an arm must deliver at the least; with less it was not seen to strike.
 const LEAST_SHARE: f64 = 0.1;
-/// A state this many times faster than the command is no measurement.
+/// Ratio of a state's speed to the command's from which the state is no measurement.
 const IMPLAUSIBLE: f64 = 5.0;
 
 /// What the arm delivered, and how long after its plateau the object was seen to move, in s; `None` where the states do not determine it.
@@ -137,7 +137,7 @@ pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option
     Some((delivered, late))
 }
 
-/// How long after the tip's touch, by its measured places, the object moved; none where the places do not tell, and for a box, whose reach
+/// Time, in s, from the tip's touch, by its measured places, until the object moved; none where the places do not tell, and for a box, whose reach
 /// depends on how it lies.
 pub(crate) fn delay(
     states: &[State],
@@ -187,7 +187,7 @@ pub(crate) fn touch_delay(
     })
 }
 
-/// Where both were when the object began to move; none where the places do not tell.
+/// Where tip and object were when the object began to move; none where the places do not tell.
 pub(crate) fn meeting(states: &[State], context: &LaunchContext<'_>) -> Option<Meeting> {
     let moment = contact(context);
     let timed = |state: &State| since(context.first_motion, state.stamp) - moment;
@@ -256,7 +256,7 @@ fn velocity_at(states: &[(f64, Point)], moment: f64, context: &LaunchContext<'_>
     const LATE: f64 = 0.03;
     /// A residual this many deviations of its noise is a wrong measurement.
     const WRONG: f64 = 6.0;
-    /// Residuals within the rounding of a logged number are none.
+    /// Size below which residuals are the rounding of a logged number.
     const ROUNDING: f64 = 1e-6;
     let commands = Commands::new(context.commands);
     let residuals = |profile: &Profile, states: &[(f64, Point)]| -> Vec<(f64, Point)> {
@@ -352,10 +352,10 @@ impl Profile {
     }
 }
 
-/// What residuals near a moment say of the velocity then: a line through them where they stand out of their noise, nothing where
-/// they do not (James and Stein's positive part, of a vector with two components).
+/// Correction of the velocity at a moment from the residuals near it: a line through them where they stand out of their noise, nothing where they do
+/// not (James and Stein's positive part, of a vector with two components).
 fn correction(residuals: &[(f64, Point)], moment: f64) -> Point {
-    /// Half the time over which they are looked at, in s, and in intervals between states.
+    /// Half the time over which residuals are used, in s, and in intervals between states.
     const WINDOW: f64 = 0.015;
     const WINDOW_STATES: f64 = 3.0;
     /// Median length of a vector of two normal components, in deviations of one: √(2 ln 2).
@@ -407,14 +407,14 @@ fn reaches_again(
     contact: f64,
     context: &LaunchContext<'_>,
 ) -> bool {
-    /// An impact is over after this time, in s.
+    /// Time, in s, after which an impact is over.
     const BLOW: f64 = 0.1;
     /// The tip is at the object within this, in m and in deviations of the camera's noise.
     const REACH: f64 = 0.002;
     const REACH_NOISE: f64 = 4.0;
-    /// An arm slower than this part of its speed at contact pushes no more.
+    /// Share of its speed at contact below which an arm pushes no more.
     const PUSHES: f64 = 0.3;
-    /// In so many frames in a row.
+    /// Number of frames in a row that show it.
     const FRAMES: usize = 3;
     let ahead = velocity * (1.0 / velocity.norm());
     let path = tip_path(states, moment, ahead);
@@ -472,7 +472,7 @@ fn path_at(path: &[(f64, f64, f64)], t: f64) -> Option<(f64, f64)> {
 /// from the last command of a ramp to the first of the plateau would cut its corner, and of a plateau of one command most of it.
 struct Commands {
     points: Vec<(f64, Point)>,
-    /// When the last command as fast as any was given.
+    /// Time, in s, of the last command of the plateau.
     plateau_end: f64,
 }
 

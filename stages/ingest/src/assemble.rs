@@ -132,17 +132,17 @@ impl Strikes {
         (Self { logs, places }, rejects)
     }
 
-    /// How many there are.
+    /// Number of strikes.
     pub fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Whether there is none.
+    /// Whether there is no strike.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
     }
 
-    /// Reads them, in order of time.
+    /// Reads the strikes, in order of time.
     pub fn iter(&self) -> impl Iterator<Item = Result<Strike, StageError>> {
         // Logs follow one another in time, most often.
         let mut open: Option<(usize, Reader<'_, Strike>)> = None;

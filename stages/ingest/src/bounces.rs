@@ -18,11 +18,11 @@ use crate::slide::{NOISIER, lies_still};
 /// A moving object that was turned round.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bounce {
-    /// Where its centre was, in m.
+    /// Place of the object's centre as it was turned round, in m.
     pub place: Point,
-    /// Its velocity before, in m/s.
+    /// Velocity of the object before, in m/s.
     pub before: Point,
-    /// And after.
+    /// Velocity of the object after, in m/s.
     pub after: Point,
 }
 
@@ -38,10 +38,10 @@ pub struct Hit {
 /// A moment at which an object's velocity changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Break {
-    /// When it did, and the first frame after it, in ns.
+    /// Stamp of the change, and of the first frame after it, in ns.
     pub(crate) stamp: i64,
     pub(crate) first: i64,
-    /// Where, and from which velocity to which.
+    /// Place of the change, and the velocities before and after it.
     pub(crate) bounce: Bounce,
     /// Standard deviation of a velocity's coordinate, in m/s.
     noise: f64,
@@ -73,21 +73,20 @@ pub(crate) struct Flight {
     pub(crate) is_broken: bool,
 }
 
-/// Frames of each line, at the least, and the time that they take, in s.
+/// Least number of frames of each line, and the time that they take, in s.
 pub(crate) const FRAMES: usize = 4;
 pub(crate) const TIME: f64 = 0.05;
-/// Frames farther apart than this, in s, show no motion.
+/// Time between frames, in s, beyond which they show no motion.
 const GAP: f64 = 0.07;
-/// Root mean square of the frames about a line, in m and in deviations of the camera's noise.
+/// Greatest root mean square of the frames about a line, in m and in deviations of the camera's noise.
 const STRAIGHT: f64 = 0.0008;
 const STRAIGHT_NOISE: f64 = 2.0;
-/// Towards and away from what turns it, an object moves at this speed at least, in m/s and in deviations of a line's slope; and by so much
-/// a velocity changes where it breaks.
+/// Least speed of an object towards and away from what turns it, in m/s and in deviations of a line's slope; and least change of velocity at a break.
 const SLOWEST: f64 = 0.06;
 const SLOPE_NOISE: f64 = 4.0;
 const BREAK: f64 = 0.1;
 pub(crate) const BREAK_NOISE: f64 = 7.0;
-/// No table brakes harder than this, in m/s², nor pushes farther aside than this part of it.
+/// Greatest deceleration by a table, in m/s², and greatest push aside, as a part of it.
 const BRAKES: f64 = 10.0;
 const BRAKES_ASIDE: f64 = 0.3;
 /// An object that is turned round was in motion before: it did not lie still in this time before, in s. Frames are kept for longer: a break
@@ -98,7 +97,7 @@ const RECENT: f64 = 1.0;
 /// angle of this cosine.
 const APPROACH: f64 = 0.05;
 const AWAY: f64 = 0.5;
-/// The tip has to do with it where it is so near (m) beside both radii, within this time (s).
+/// Distance (m) beside both radii, and time (s), within which the tip has to do with a break.
 const NEAR_TIP: f64 = 0.03;
 const TIP_TIME: f64 = 0.05;
 /// A tip that may have pushed it is nearer than this to it, in m, and goes towards it at this speed, in m/s, and it goes away from the tip
@@ -106,11 +105,11 @@ const TIP_TIME: f64 = 0.05;
 const FARTHEST: f64 = 0.2;
 const HITS: f64 = 0.3;
 const STRAIGHT_AWAY: f64 = 0.95;
-/// States are held for so long, in s.
+/// Time, in s, for which states are held.
 const HELD: f64 = 30.0;
-/// A flight that lasts for more frames is looked at in parts.
+/// Number of frames from which a flight is handled in parts.
 const MOST_FRAMES: usize = 5_000;
-/// So many breaks wait for the arm's states.
+/// Greatest number of breaks that wait for the arm's states.
 const MOST_WAITING: usize = 200;
 
 /// Finds breaks in a stream of centroids.
@@ -118,7 +117,7 @@ pub(crate) struct Breaks {
     noise: f64,
     reach: f64,
     frames: VecDeque<(i64, Point)>,
-    /// Those of the last while, in which a rest before a break would show.
+    /// Centroids of the last while, in which a rest before a break would show.
     recent: VecDeque<Sample>,
     /// The best of the moments in a row that look like a break, and how badly its lines fit.
     best: Option<(f64, Break)>,
@@ -130,7 +129,7 @@ pub(crate) struct Breaks {
 }
 
 impl Breaks {
-    /// Of a camera whose coordinates scatter by this, in m.
+    /// A finder for a camera whose coordinates scatter by `noise` (m).
     pub(crate) fn new(rig: &Rig, noise: f64) -> Self {
         Self {
             noise,
@@ -272,7 +271,7 @@ impl Breaks {
         points.len() >= FRAMES && lies_still(&points, NOISIER * self.noise)
     }
 
-    /// Nothing is seen for a while, or for ever.
+    /// Ends the flight in hand: nothing is seen for a while, or for ever.
     fn pause(&mut self) {
         self.settle();
         self.frames.clear();
@@ -404,7 +403,7 @@ pub(crate) struct Touch {
 }
 
 impl Touch {
-    /// By the states near to the moment, of which there is one at least.
+    /// The tip at a moment by the states near it, of which there is one at least.
     fn at(near: &[State], stamp: i64) -> Self {
         let after = near
             .partition_point(|tip| tip.stamp <= stamp)

@@ -10,32 +10,32 @@ use crate::identity::AFTER;
 use crate::order::{seconds, since};
 use crate::rejection::Rejection;
 
-/// Below this part of the robot's slowest strike the arm is idle.
+/// Share of the speed of the robot's slowest strike below which the arm is idle.
 const IDLE: f64 = 0.05;
-/// Part of that speed below which an arm is idle where its speed is measured: an arm that is held still quivers.
+/// Share of the speed of the slowest strike below which an arm is idle where its speed is measured: an arm that is held still quivers.
 const IDLE_MEASURED: f64 = 0.25;
-/// The arm is idle again when it was so this long, in ns: a single zero within a strike does not end it.
+/// Time, in ns, without motion after which the arm is idle again: a single zero within a strike does not end it.
 const IDLE_TIME: i64 = 100_000_000;
-/// A strike also ends when no command comes for this long, in ns.
+/// Time, in ns, without a command after which a strike ends, too.
 const SILENCE: i64 = 500_000_000;
-/// No strike takes more commands than this, idle ones within it included: an arm that never stops is not striking.
+/// Greatest number of commands of a strike, idle ones within it included: an arm that never stops is not striking.
 pub(crate) const MOST_COMMANDS: usize = 200_000;
-/// So many commands the other way are a motion of their own, though none between was idle.
+/// Number of commands the other way that are a motion of their own, though none between was idle.
 const REVERSED: usize = 3;
-/// An arm that moves for fewer commands or a shorter time, in s, has not struck: a blip.
+/// Least number of commands, and least time in s, of a strike: an arm that moves for less has made a blip.
 const BLIP_COMMANDS: usize = 3;
 const BLIP_TIME: f64 = 0.020;
 
 /// A rise and fall of the command.
 #[derive(Clone, Debug)]
 pub(crate) struct Episode {
-    /// Its place among those of the log, from 0.
+    /// Its index among the log's episodes, from 0.
     pub(crate) index: u32,
     /// Commands from the first to the last that is not idle.
     pub(crate) commands: Vec<Sample>,
     /// Sum of the commands, in m/s: the direction that it goes in.
     towards: Point,
-    /// What is wrong with it in any case.
+    /// Why it is rejected, whatever its centroids show.
     pub(crate) fault: Option<Rejection>,
 }
 
@@ -97,7 +97,7 @@ pub(crate) struct Episodes {
     current: Option<Episode>,
     /// Commands since the last active one that are idle or go the other way, which are part of the episode if it goes on.
     idle: Vec<Sample>,
-    /// How many of them, the last ones, go the other way.
+    /// Number of commands at the end of `idle` that go the other way.
     against: usize,
     seen: u32,
 }
@@ -170,7 +170,7 @@ impl Episodes {
         }
     }
 
-    /// A place among those of the log for a strike that no episode shows.
+    /// Takes the next index among the log's episodes for a strike that no episode shows.
     pub(crate) fn place(&mut self) -> u32 {
         self.seen += 1;
         self.seen - 1
@@ -200,7 +200,7 @@ pub(crate) enum EndOfData {
 }
 
 impl EndOfData {
-    /// Whether all that a strike's id is made of is there: one that is cut off before would be another strike than the whole one.
+    /// Whether the data holds all that a strike's id is made of: one that is cut off before would be another strike than the whole one.
     pub(crate) fn leaves_whole(
         ending: Option<&Self>,
         episode: &Episode,
@@ -217,7 +217,7 @@ impl EndOfData {
         }
     }
 
-    /// What has not been seen to its end is the fault of what ended it.
+    /// Blames a rejection on what ended the data, if anything did: what has not been seen to its end is the fault of what ended it.
     pub(crate) fn blame(ending: Option<&Self>, rejection: Rejection) -> Rejection {
         let unseen = matches!(
             rejection.reason,
@@ -237,7 +237,7 @@ impl EndOfData {
     }
 }
 
-/// At most this many commands wait (24 MB), and an episode counts as so many more.
+/// Greatest number of commands that wait (24 MB), and the number that each episode counts as on top.
 const MOST_WAITING: usize = 1_000_000;
 const EPISODE: usize = 8;
 
@@ -260,17 +260,17 @@ impl Queue {
         self.episodes.push_back(episode);
     }
 
-    /// The one that waits longest.
+    /// The episode that waits longest.
     pub(crate) fn first(&self) -> Option<&Episode> {
         self.episodes.front()
     }
 
-    /// When the next episode after the first one strikes.
+    /// Stamp at which the next episode after the first one strikes.
     pub(crate) fn next_strike(&self) -> Option<i64> {
         self.striking.front().map(|(_, start)| *start)
     }
 
-    /// Takes the first one.
+    /// Takes the first episode.
     pub(crate) fn pop(&mut self) -> Option<Episode> {
         let episode = self.episodes.pop_front()?;
         self.commands -= episode.commands.len() + EPISODE;

@@ -13,14 +13,14 @@ use crate::order::Stamped;
 use crate::robust::median;
 use crate::yaw::{YawSample, yaw};
 
-/// At most this many strikes wait (some 3 MB).
+/// Greatest number of strikes that wait (some 3 MB).
 const MOST_STRIKES: usize = 200;
-/// At most this many states and poses are held each (20 MB and 8 MB): more come too long before the commands of their time.
+/// Greatest number of states, and of poses, that are held (20 MB and 8 MB): more come too long before the commands of their time.
 const MOST_HELD: usize = 500_000;
-/// States and poses are needed from this long before a command rises, and after a track ends, in ns.
+/// Time, in ns, before a command rises, and after a track ends, for which states and poses are needed.
 const MARGIN: i64 = 500_000_000;
 
-/// An object that moves so long after the arm began to brake, in s, was met before, and one strike in so many is told.
+/// Time, in s, after the arm began to brake from which an object that moves was met before; it is told where at least one strike in this many is so.
 const AFTER: f64 = 0.002;
 const SHARE: usize = 4;
 
@@ -41,7 +41,7 @@ impl Waiting {
         start.min(self.first_motion).saturating_sub(MARGIN)
     }
 
-    /// And up to this one.
+    /// States and poses are needed up to this stamp.
     fn until(&self) -> i64 {
         let last = self.strike.track.t.last().copied().unwrap_or(0.0);
         self.first_motion
@@ -60,7 +60,7 @@ pub(crate) struct Extras {
     early: u64,
     /// Seconds from the tip's touching the object to its first motion.
     delays: Vec<TouchDelay>,
-    /// Where the tip was when it moved.
+    /// Where the tip was when the object began to move.
     meetings: Vec<Meeting>,
     /// Seconds from the end of the arm's plateau to the object's first motion, one a strike of which the arm's state is known.
     late: Vec<f64>,
@@ -173,7 +173,7 @@ impl Extras {
         std::mem::take(&mut self.meetings)
     }
 
-    /// What is to be said of it, in the end.
+    /// Notes on the log's states and poses.
     pub(crate) fn notes(&self) -> impl Iterator<Item = String> {
         let early = (self.early > 0).then(|| {
             format!(

@@ -11,13 +11,13 @@ use crate::seen::Seen;
 /// A fence that was found, and how often objects bounced there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundFence {
-    /// Where it stands: the object's edge meets it.
+    /// The line that the object's edge meets.
     pub fence: Fence,
-    /// Bounces.
+    /// Number of bounces at it.
     pub bounces: usize,
 }
 
-/// Fewer bounces make no fence, and fewer than this part of all motions.
+/// Least number of bounces at a fence, and the least part of all motions that they are.
 const FEWEST: usize = 6;
 const LEAST_SHARE: f64 = 0.02;
 /// As many lines as differ are looked at, and chance lays this many bounces on one of them this seldom: the other player's mallet turns a
@@ -25,7 +25,7 @@ const LEAST_SHARE: f64 = 0.02;
 const LINES: f64 = 2_000.0;
 const BY_CHANCE: f64 = 0.01;
 const BANDS: f64 = 4.0;
-/// Bounces at one fence lie this near to its line, in m and in deviations of the camera's noise.
+/// Greatest distance from a fence's line of its bounces, in m and in deviations of the camera's noise.
 const NEAR: f64 = 0.006;
 const NEAR_NOISE: f64 = 3.0;
 /// What turns an object round pushes it along the normal, but for friction: within this, in rad.
@@ -38,13 +38,13 @@ const APART: f64 = 0.05;
 /// Pairs that are tried, and bounces that are looked at, at the most.
 const MOST_PAIRS: usize = 20_000;
 const MOST_BOUNCES: usize = 2_000;
-/// A table has no more fences.
+/// Greatest number of fences of a table.
 const MOST_FENCES: usize = 8;
 /// Objects that touch a fence so slowly that no bounce shows do so beyond its last bounces too: a fence goes on by this part of the length
 /// that bounces show. One that is stated too long ends a track that goes by its end a little early, which costs frames; one too short takes
 /// a touched slide for a free one.
 const BEYOND: f64 = 0.25;
-/// A fence is known by its ends to this, in m: a few more bounces leave it as it was.
+/// Grid, in m, to which a fence's ends are rounded: a few more bounces leave it as it was.
 const GRID: f64 = 0.002;
 
 /// The fences that these logs show beside those that the rig file states.

@@ -5,7 +5,7 @@ use values::{CommandFrame, Point, Rig};
 
 use crate::arm::State;
 
-/// How messages are read.
+/// Transformations of a log's messages into the table's frame and the arm's clock.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogFrames {
     /// Nanoseconds by which the camera's stamps lie behind the arm's.
@@ -28,7 +28,7 @@ impl LogFrames {
         }
     }
 
-    /// Of the camera.
+    /// A centroid seen by the camera, in the table's frame and on the arm's clock.
     pub(crate) fn centroid(&self, sample: Sample) -> Sample {
         Sample {
             stamp: sample.stamp.saturating_sub(self.delay),
@@ -37,12 +37,12 @@ impl LogFrames {
         }
     }
 
-    /// Of the camera: how the object is turned.
+    /// A yaw (rad) seen by the camera, in the table's frame.
     pub(crate) fn yaw(&self, yaw: f64) -> f64 {
         if self.mirrored { -yaw } else { yaw }
     }
 
-    /// Of the arm.
+    /// A command of the arm, turned into the table's frame.
     pub(crate) fn command(&self, sample: Sample) -> Sample {
         if self.turn == 0.0 {
             return sample;
@@ -55,7 +55,7 @@ impl LogFrames {
         }
     }
 
-    /// Of the arm.
+    /// A state of the arm, in the table's frame.
     pub(crate) fn state(&self, state: State) -> State {
         State {
             stamp: state.stamp,

@@ -8,9 +8,9 @@ use values::{Point, Track};
 
 use crate::bounces::Bounce;
 
-/// Frames before and after, at the least.
+/// Least number of frames before and after a deflection.
 const FRAMES: usize = 5;
-/// A change aside is there from so many standard errors (at five, one of 240 free slides seemed to be deflected), and from this, in m/s, on.
+/// Least change of velocity aside of a deflection: in standard errors (at five, one of 240 free slides seemed to be deflected), and in m/s.
 const SURE: f64 = 6.0;
 const LEAST: f64 = 0.03;
 /// Root mean square of the frames about what was fitted, in deviations of the camera's noise, where it is a slide that was deflected.
@@ -45,7 +45,7 @@ struct Deflection {
 }
 
 impl Deflection {
-    /// In the middle between the frame `at` and the one before.
+    /// The deflection in the middle between the frame `at` and the one before.
     fn at(frames: &[(f64, Point)], at: usize) -> Option<Self> {
         let then = 0.5 * (frames[at - 1].0 + frames[at].0);
         let times: Vec<f64> = frames.iter().map(|(t, _)| t - then).collect();

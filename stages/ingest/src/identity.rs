@@ -38,7 +38,7 @@ pub(crate) fn strike_id<'a>(
 /// A hash of a strike's command and of where its frames lie (16 hex digits), whatever their stamps: of two strikes that have the same one,
 /// one is the other, recorded again. None where places repeat, as in steps of a coarse tracker, and may be another's by chance.
 pub(crate) fn places_id(strike: &Strike) -> Option<String> {
-    /// So many places in a row that differ.
+    /// Number of places in a row that must differ.
     const DIFFER: usize = 12;
     let track = &strike.track;
     let moves = |i: &usize| track.point(*i) != track.point(*i - 1);

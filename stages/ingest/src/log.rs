@@ -234,7 +234,7 @@ fn distrust(outcome: &mut LogOutcome<StrikeSummary>, why: &str) {
     outcome.seen.slides.clear();
 }
 
-/// So many damaged places of a log are listed one by one.
+/// Greatest number of damaged places of a log that are listed one by one.
 const PLACES: usize = 10;
 
 fn notes(summary: &Summary, wanted: &[TopicRequest<'_>]) -> Vec<String> {

@@ -7,9 +7,9 @@ use std::collections::VecDeque;
 
 use logs::Sample;
 
-/// So many messages are held; one may be overtaken by as many.
+/// Number of messages that are held; one may be overtaken by as many.
 const HELD: usize = 8;
-/// So many messages in a row that are earlier than one before them are no overtaking: the clock was set back.
+/// Number of messages in a row, earlier than one before them, that are no overtaking: the clock was set back.
 const STAY_BACK: usize = 4;
 
 /// What has a stamp.
@@ -49,7 +49,7 @@ impl<T> Default for Ordered<T> {
 /// The clock was set back.
 #[derive(Debug, PartialEq)]
 pub(crate) struct ClockSetBack<T> {
-    /// By so many nanoseconds.
+    /// Nanoseconds by which it was set back.
     pub(crate) by: i64,
     /// The messages that came since, in order; none of them is held.
     pub(crate) since: Vec<T>,
@@ -83,7 +83,7 @@ impl<T: Stamped> Ordered<T> {
         Ok(())
     }
 
-    /// Those that came since the clock was set back leave; the others stay.
+    /// Takes out the messages that came since the clock was set back; the others stay.
     fn set_back(&mut self, by: i64, message: T) -> ClockSetBack<T> {
         self.behind.pop();
         let mut since = Vec::new();
@@ -95,7 +95,7 @@ impl<T: Stamped> Ordered<T> {
         ClockSetBack { by, since }
     }
 
-    /// All that is held, in order; the next message may have any stamp.
+    /// Releases all that is held, in order; the next message may have any stamp.
     pub(crate) fn drain(&mut self) -> Vec<T> {
         let held = self.held.drain(..).collect();
         *self = Self::default();

@@ -56,7 +56,7 @@ impl LogFile {
 /// What came out of one log; its strikes are held whole, or what distinguishes them from others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogOutcome<S = Strike> {
-    /// Its name.
+    /// Name of the log.
     pub log: String,
     /// SHA-256 of its bytes, in hex.
     pub sha256: String,
@@ -69,7 +69,7 @@ pub struct LogOutcome<S = Strike> {
     pub left_out: Option<String>,
     /// Strikes that were kept, by index; their order among all logs is not yet known.
     pub strikes: Vec<S>,
-    /// Strikes that were not, by index.
+    /// Strikes that were rejected, by index.
     pub rejects: Vec<Reject>,
     /// What a person should know of the log: damage, messages that could not be decoded, frames left out.
     pub notes: Vec<String>,
@@ -115,7 +115,7 @@ impl<S> LogOutcome<S> {
 pub struct StrikeSummary {
     /// Hash of what was measured, as the strike's.
     pub id: String,
-    /// Its place among the strikes seen in the log, from 0.
+    /// Its index among the strikes seen in the log, from 0.
     pub index: u32,
     /// Stamp of first motion, in s.
     pub t_start: f64,

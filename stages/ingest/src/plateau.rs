@@ -10,15 +10,15 @@ use crate::order::since;
 use crate::rejection::Rejection;
 use crate::robust::median;
 
-/// Speeds on a plateau differ by no more than this part.
+/// Greatest relative difference of speeds on a plateau.
 const PLATEAU_TOLERANCE: f64 = 0.01;
-/// Those of one that ripples, or that the speed overshoots before, by no more than this one.
+/// Greatest relative difference of speeds on a plateau that ripples, or that the speed overshoots before.
 const RIPPLE_TOLERANCE: f64 = 0.05;
-/// This many commands that are alike are a plateau.
+/// Least number of like commands that are a plateau.
 const PLATEAU_COMMANDS: usize = 3;
-/// Of a plateau that is hardly sampled the speed is known if a peak in its place would be higher by no more than this part.
+/// Greatest relative excess of a peak in the place of a hardly sampled plateau with which its speed still counts as known.
 const PEAK_TOLERANCE: f64 = 0.06;
-/// A speed this many times the robot's fastest strike is in another unit.
+/// Ratio to the robot's fastest strike from which a speed is in another unit.
 const IMPLAUSIBLE: f64 = 10.0;
 
 /// The plateau's speed and direction.

@@ -16,44 +16,44 @@ use crate::robust::{median_point, spread};
 use crate::slide::is_rest;
 use crate::touched::{place, seen, without_outliers};
 
-/// An object that lies still this long rests, in s: some frames longer than [`seen`] needs, which is to find the rest in the motion. Within
-/// so many deviations of the camera's noise of one place, and this many metres.
+/// Time, in s, that an object must lie still to be at rest: some frames longer than [`seen`] needs, which is to find the rest in the motion. Distance
+/// from one place within which it lies still: in deviations of the camera's noise, and in m.
 const REST: f64 = 0.35;
 const REST_NOISE: f64 = 4.0;
 const STILL: f64 = 0.002;
-/// Frames farther apart than this, in s, show no motion, and nothing slides longer.
+/// Time between frames, in s, beyond which they show no motion; and longest time of a slide, in s.
 const GAP: f64 = 0.07;
 const LONGEST: f64 = 20.0;
-/// Speeds are those over this time to both sides, in s; one that is pushed is faster than this, in m/s.
+/// Time, in s, to both sides of a frame over which speeds are taken; and least speed, in m/s, of an object that was pushed.
 const HALF: f64 = 0.025;
 const SLOWEST: f64 = 0.15;
-/// It is let go at the latest this long (s) after it has come within this part of its highest speed.
+/// Latest time, in s, of letting go after the object has come within this part of its highest speed.
 const LET_GO: f64 = 0.04;
 const NEAR_PEAK: f64 = 0.98;
-/// A slide has as many frames, and goes so far, in m.
+/// Least number of frames and least way, in m, of a slide.
 const FEWEST: usize = 12;
 const SHORTEST: f64 = 0.05;
-/// Until it is fastest it goes this part at most of the way, and of the time, that it then slides: what a hand carries, about as far.
+/// Greatest share of the way, and of the time, of the slide that an object goes before it is fastest: what a hand carries goes about as far.
 const PUSHED: f64 = 0.5;
-/// Root mean square about a parabola, in m and in deviations of the camera's noise.
+/// Greatest root mean square of frames about a parabola, in m and in deviations of the camera's noise.
 const STRAIGHT: f64 = 0.0005;
 const STRAIGHT_NOISE: f64 = 1.25;
-/// From the middle of a slide to its ends, and from the middle to both ends alike, its braking changes by this part of it at most, or by so
-/// many standard errors, of which the first is known to better than the last number. A hand's, that takes something from here to there, goes
-/// from nothing to twice its mean, or there and back.
+/// Greatest change of a slide's braking from its middle to its ends, and from the middle to both ends alike: as a part of it, or in standard errors,
+/// of which the first counts only where it is known to better than the last number. A hand that takes something from here to there brakes from
+/// nothing to twice its mean, or there and back.
 const EVEN: f64 = 0.5;
 const ARCHED: f64 = 0.7;
 const EVEN_ERRORS: f64 = 3.0;
 const EVEN_KNOWN: f64 = 0.5;
-/// Where less than this brakes (m/s²), as on an air table, frames do not tell how it changes.
+/// Deceleration (m/s²) below which, as on an air table, frames do not tell how it changes.
 const HARDLY: f64 = 0.5;
-/// No table brakes harder, nor speeds up more, in m/s².
+/// Greatest deceleration, or acceleration, by a table, in m/s².
 const BRAKES: f64 = 10.0;
 const SPEEDS_UP: f64 = 0.3;
-/// The tip is farther away than both radii and this, in m, as told by states no farther apart than this, in s.
+/// Least distance in m, beside both radii, of a tip that is far away, and greatest time in s between the states that tell it.
 const FAR: f64 = 0.03;
 const STATES: f64 = 0.1;
-/// As many motions wait for the arm's states.
+/// Greatest number of motions that wait for the arm's states.
 const MOST_WAITING: usize = 50;
 
 /// Finds slides that no strike began in a stream of centroids, from rest on.
@@ -76,7 +76,7 @@ enum Phase {
     Moves,
 }
 
-/// What a motion is that has ended.
+/// What a motion that has ended was.
 enum Motion {
     Slide(Box<Strike>),
     /// No slide, and the arm was far away.
@@ -86,7 +86,8 @@ enum Motion {
 }
 
 impl Pushes {
-    /// Of a box it is not known how it turns, and a ball that is let go may roll or slide.
+    /// A finder of slides of the rig's object; it finds none of a box or a ball: how a box turns is not known, and a ball that is let go may roll or
+    /// slide.
     pub(crate) fn new(rig: &Rig) -> Self {
         Self {
             noise: rig.camera.noise,
@@ -132,7 +133,7 @@ impl Pushes {
         }
     }
 
-    /// Where the last frames lie still.
+    /// Place at which the last frames lie still; none where they move.
     fn rest(&self) -> Option<Point> {
         let last = self.run.last()?;
         let from = self.resting_from(last);
@@ -206,12 +207,12 @@ impl Pushes {
         slides
     }
 
-    /// How many motions since the last time were taken for a hand's carrying.
+    /// Number of motions since the last call that were taken for a hand's carrying.
     pub(crate) fn take_carried(&mut self) -> u64 {
         std::mem::take(&mut self.carried)
     }
 
-    /// What one motion is.
+    /// Classifies one motion.
     fn motion(&self, run: &[Sample], log: &str, rig: &Rig) -> Motion {
         let all = without_outliers(run, self.noise);
         if let Some(slide) = self.slide(&all, log, rig) {
@@ -371,17 +372,17 @@ fn is_braked_evenly(track: &Track, ahead: Point, noise: f64) -> bool {
 
 /// A parabola through places over time, by least squares.
 struct Parabola {
-    /// At time zero, in m and m/s.
+    /// Place and velocity at time zero, in m and m/s.
     place: Point,
     velocity: Point,
-    /// In m/s².
+    /// Acceleration, in m/s².
     acceleration: Point,
     /// Root mean square of a coordinate about it, in m.
     misfit: f64,
 }
 
 impl Parabola {
-    /// By polynomials that are orthogonal over the frames' times, of which there are four at the least.
+    /// The parabola by polynomials that are orthogonal over the frames' times, of which there are four at the least.
     fn through(track: &Track) -> Self {
         let n = track.len() as f64;
         let mean = track.t.iter().sum::<f64>() / n;
@@ -425,7 +426,7 @@ mod tests {
         found_and_carried(tip, x).0
     }
 
-    /// The same, and how many motions were taken for a hand's carrying.
+    /// What is found in one motion along x at 60 Hz (see `found`), and how many motions were taken for a hand carrying the object.
     fn found_and_carried(tip: f64, x: impl Fn(f64) -> f64) -> (Vec<Strike>, u64) {
         let rig = Rig::demo(Shape::Cylinder);
         let mut pushes = Pushes::new(&rig);

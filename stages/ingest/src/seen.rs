@@ -23,9 +23,9 @@ pub struct Seen {
     pub motions: Vec<MotionSeen>,
     /// Frames in which the object was seen.
     pub frames: u64,
-    /// Frames in which it was not: without numbers, or at zero, as trackers write that see nothing.
+    /// Frames in which the object was not seen: without numbers, or at zero, as trackers write that see nothing.
     pub lost: u64,
-    /// Frames in which it was seen farther from where the frame before saw it than any object gets.
+    /// Frames in which the object was seen farther from where the frame before saw it than any object gets.
     #[serde(default)]
     pub jumps: u64,
     /// Standard deviation of a resting centroid's coordinate, in m, one a rest.
@@ -33,18 +33,18 @@ pub struct Seen {
     /// Velocities, in m/s, that the frames of a resting object show over the time in which a bounce is seen: both coordinates of one a rest.
     #[serde(default)]
     pub stirs: Vec<f64>,
-    /// Where it was turned round, or deflected, by something else than the tip.
+    /// Where the object was turned round, or deflected, by something else than the tip.
     #[serde(default)]
     pub bounces: Vec<Bounce>,
-    /// From the tip's touching the object, by its measured place, to the object's first motion, one a strike.
+    /// Time from the tip's touching the object, by its measured place, to the object's first motion, one a strike.
     pub delays: Vec<TouchDelay>,
-    /// How far apart both centres were where the tip seems to have pushed the object.
+    /// Distance of both centres where the tip seems to have pushed the object.
     #[serde(default)]
     pub hits: Vec<Hit>,
-    /// Where the tip was, by its measured place, as it moved, one a strike from rest.
+    /// Where the tip was, by its measured place, as the object began to move, one a strike from rest.
     #[serde(default)]
     pub meetings: Vec<Meeting>,
-    /// Speed of an object a while after a strike, in its speed right after it.
+    /// Ratio of an object's speed a while after a strike to its speed right after it.
     #[serde(default)]
     pub gathered: Vec<f64>,
     /// Slides that no strike began.
@@ -58,20 +58,20 @@ pub struct Seen {
 /// One rise and fall of the command.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommandSeen {
-    /// When it left rest.
+    /// Time, in s, at which the command left rest.
     pub rise: f64,
-    /// When it was at rest again.
+    /// Time, in s, at which it was at rest again.
     pub fall: f64,
     /// Speed of its plateau, in m/s; its highest where it holds none.
     pub speed: f64,
-    /// Direction, in rad.
+    /// Direction of its plateau, in rad.
     pub angle: f64,
 }
 
 /// One motion of the object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionSeen {
-    /// When the object was first seen away from its rest.
+    /// Time, in s, at which the object was first seen away from its rest.
     pub start: f64,
     /// Where it rested, in m.
     pub from: Point,
@@ -80,7 +80,7 @@ pub struct MotionSeen {
 }
 
 impl CommandSeen {
-    /// None for a blip, and for one that is cut or not finite.
+    /// The command of an episode; none for a blip, and for one that is cut or not finite.
     pub(crate) fn of(episode: &Episode, rig: &Rig) -> Option<Self> {
         let finite: Vec<&Sample> = episode.commands.iter().filter(|c| is_finite(c)).collect();
         if episode.is_blip() || finite.is_empty() {
@@ -100,24 +100,24 @@ impl CommandSeen {
     }
 }
 
-/// Frames that come faster are thinned out, in s.
+/// Least time between frames, in s: faster ones are thinned out.
 const INTERVAL: f64 = 0.003;
-/// An object that lies still this long rests, in s.
+/// Time, in s, that an object must lie still to be at rest.
 const REST: f64 = 0.25;
-/// Fewer frames show no rest.
+/// Least number of frames that show a rest.
 const REST_FRAMES: usize = 5;
-/// Within this of one place it lies still, in m and in deviations of the camera's noise.
+/// Greatest distance from one place of an object that lies still, in m and in deviations of the camera's noise.
 const STILL: f64 = 0.002;
 const STILL_NOISE: f64 = 4.0;
-/// Surely away from a rest, in m and in deviations; in so many frames.
+/// Distance from a rest at which an object is surely away, in m and in deviations; and the number of frames that show it.
 const AWAY: f64 = 0.005;
 const AWAY_NOISE: f64 = 8.0;
 const AWAY_FRAMES: usize = 4;
-/// A launch is seen over this time, in s, or over as many frames.
+/// Time over which a launch is seen, in s, or over as many frames.
 const LAUNCH: f64 = 0.1;
 const LAUNCH_FRAMES: usize = 4;
 
-/// Nothing on a table is faster than this, in m/s; and nearer than this, in m, noise may be what moves it.
+/// Greatest speed of anything on a table, in m/s; and the distance, in m, below which noise may be what moves it.
 const FASTEST: f64 = 15.0;
 const FAR: f64 = 0.03;
 
@@ -126,7 +126,7 @@ const LET_GO: f64 = 0.012;
 const LATER: f64 = 0.07;
 const LATER_TIME: f64 = 0.025;
 
-/// The object's speed a while after it began to move, in its speed at first: a table only slows it down. None for a track of few frames.
+/// Ratio of the object's speed a while after it began to move to its speed at first: a table only slows it down. None for a track of few frames.
 pub(crate) fn gathered(track: &Track) -> Option<f64> {
     let first =
         |from: f64| Some(track.t.partition_point(|t| *t < from)).filter(|i| *i < track.len());
@@ -236,7 +236,7 @@ impl Watch {
         Some(line_velocity(&frames))
     }
 
-    /// Where the last frames lie still, and their noise.
+    /// Place at which the last frames lie still, and their noise, in m; none where they move.
     fn rest(&self) -> Option<(Point, f64)> {
         let (first, last) = (self.recent.front()?, self.recent.back()?);
         if self.recent.len() < REST_FRAMES || since(first.0, last.0) < 0.8 * REST {
@@ -302,7 +302,7 @@ impl Seen {
         middle.is_finite().then_some(1.4826 * middle)
     }
 
-    /// The middle noise at rest, in m.
+    /// Median over the rests of the standard deviation of a coordinate, in m; none where nothing rested.
     pub fn noise_at_rest(&self) -> Option<f64> {
         let noise = median(self.noise.iter().copied());
         noise.is_finite().then_some(noise)

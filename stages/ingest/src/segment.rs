@@ -24,15 +24,15 @@ use crate::slide::{self, Frames};
 use crate::touched::{self, TouchedFlight, TouchedStrike};
 use crate::yaw::YawSample;
 
-/// Centroids are held this long before a strike, in ns.
+/// Time, in ns, before a strike for which centroids are held.
 const BEFORE: i64 = 3_000_000_000;
-/// An object comes to rest within this time after the command fell back, in ns.
+/// Longest time from the command's fall to the object's rest, in ns.
 const HORIZON: i64 = 20_000_000_000;
-/// At most this many centroids wait for commands to come (48 MB).
+/// Greatest number of centroids that wait for commands to come (48 MB).
 const MOST_WAITING: usize = 2_000_000;
-/// A tip touches at the latest this long after its command fell back, in ns.
+/// Latest time of a tip's touch after its command fell back, in ns.
 const AFTER_FALL: i64 = 300_000_000;
-/// Held centroids are looked through this often.
+/// Number of centroids after which the held ones are trimmed.
 const TRIM_EVERY: u32 = 512;
 
 /// What was found in a log, beside the strikes that were handed over.
@@ -53,7 +53,7 @@ struct ReorderBuffers {
     turns: Ordered<YawSample>,
 }
 
-/// What tells what the arm was to do.
+/// Where the commands of a log come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum CommandSource {
     /// The topic of commands.
@@ -62,7 +62,7 @@ pub(crate) enum CommandSource {
     State,
 }
 
-/// What one way of looking for strikes finds in a log without commands.
+/// Strikes and rejects that one way of looking finds in a log without commands.
 #[derive(Default)]
 struct ByState {
     strikes: Vec<Strike>,
@@ -83,7 +83,7 @@ pub(crate) struct Segmenter<'a> {
     rig: &'a Rig,
     source: CommandSource,
     seed: u64,
-    /// Takes each strike when it is found.
+    /// Receives each strike when it is found.
     keep: &'a mut dyn FnMut(Strike),
     episodes: Episodes,
     /// Episodes whose centroids have not all come.
@@ -95,14 +95,14 @@ pub(crate) struct Segmenter<'a> {
     pushes: Pushes,
     /// Frames before the flight that comes next; none after a pause.
     before: Vec<Sample>,
-    /// Of a log without commands: strikes by the tip's touch, and motions of the arm at whose time the object began to move. If the tip is
-    /// where its state says, the former are the strikes, and the latter are what a hand did meanwhile.
+    /// In a log without commands: strikes by the tip's touch, and motions of the arm at whose time the object began to move. If the tip is where its
+    /// state says, the former are the strikes, and the latter are what a hand did meanwhile.
     touched: ByState,
     untouched: ByState,
     is_touched: bool,
-    /// What the tip touched, until it is known how far the camera lies behind it.
+    /// Flights that the tip began, until it is known how far in time the camera lies behind the tip.
     flights: Vec<TouchedFlight>,
-    /// Of a log with commands: commands at which the object moved before, and touches of an object that moved.
+    /// In a log with commands: commands at which the object moved before, and touches of an object that moved.
     restless: Vec<(Episode, Reject)>,
     moved: Vec<(TouchedStrike, Touch, Vec<Sample>)>,
     reordered: ReorderBuffers,
@@ -207,7 +207,7 @@ impl<'a> Segmenter<'a> {
         self.hand_on();
     }
 
-    /// Strikes that need not wait any more go on; of a log without commands they are held until it is known which are strikes.
+    /// Hands on the strikes that need not wait any more; of a log without commands they are held until it is known which are strikes.
     fn hand_on(&mut self) {
         match self.source {
             CommandSource::Topic => self.extras.advance(self.rig, self.keep),
@@ -219,7 +219,7 @@ impl<'a> Segmenter<'a> {
         }
     }
 
-    /// A state of the arm in its order.
+    /// Handles a state of the arm, in order of stamps.
     fn tell(&mut self, state: State) {
         self.breaks.tip(&state);
         self.pushes.tip(&state);
@@ -227,7 +227,7 @@ impl<'a> Segmenter<'a> {
         self.fly(false);
     }
 
-    /// A centroid in its order.
+    /// Handles a centroid, in order of stamps.
     fn see(&mut self, sample: Sample) {
         match self.last_centroid {
             Some(last) if sample.stamp == last && last == 0 => {
@@ -256,7 +256,7 @@ impl<'a> Segmenter<'a> {
         self.advance();
     }
 
-    /// A command in its order.
+    /// Handles a command, in order of stamps.
     fn obey(&mut self, sample: Sample) {
         self.last_command = Some(sample.stamp);
         if let Some(episode) = self.episodes.take(sample) {
@@ -357,7 +357,7 @@ impl<'a> Segmenter<'a> {
         self.shut(ending);
     }
 
-    /// What ended flights show: what turned the object round, and, where states alone tell of strikes, the tip's.
+    /// Handles flights that have ended: bounces of the object and, where states alone tell of strikes, touches of the tip.
     fn fly(&mut self, at_end: bool) {
         for (flight, touch) in self.breaks.take(at_end) {
             match &touch {
@@ -376,7 +376,7 @@ impl<'a> Segmenter<'a> {
         self.found.seen.slides.extend(slides);
     }
 
-    /// A flight that the tip began: where states alone tell of strikes, it is one.
+    /// Handles a flight that the tip began: a strike where states alone tell of strikes.
     fn touch(&mut self, flight: &Flight, touch: &Touch) {
         let Some(begun) = flight.begun else { return };
         let index = match self.source {
@@ -400,7 +400,7 @@ impl<'a> Segmenter<'a> {
         self.moved.extend(moved);
     }
 
-    /// Of a log without commands, a flight that the tip began is a strike.
+    /// Makes a strike of a flight that the tip began, in a log without commands.
     fn strike_touched(&mut self, touched: &TouchedFlight, camera_delay: f64) {
         let TouchedFlight {
             index,
@@ -473,7 +473,7 @@ impl<'a> Segmenter<'a> {
         }
     }
 
-    /// Of a log with commands, a command at which the object moved before is a strike where the tip's state shows its touch. What was commanded
+    /// In a log with commands: a command at which the object moved before is a strike where the tip's state shows its touch. What was commanded
     /// stands in the place of what the tip did, on the same line of centres.
     fn strike_moved(&mut self) {
         let moved = std::mem::take(&mut self.moved);
@@ -505,9 +505,9 @@ impl<'a> Segmenter<'a> {
         }
     }
 
-    /// Of a log without commands, what the tip touched is kept where its state shows it at most strikes; else what moved at its time.
+    /// In a log without commands: what the tip touched is kept where its state shows it at most strikes; else what moved at its time.
     fn choose(&mut self) {
-        /// So many touches for each motion that none explains.
+        /// Number of touches for each unexplained motion from which touches are kept.
         const SHARE: usize = 4;
         let flights = std::mem::take(&mut self.flights);
         let delays = flights.iter().filter_map(|flight| flight.delay(self.rig));
@@ -723,7 +723,7 @@ impl<'a> Segmenter<'a> {
         Ok((strike, slide.first_motion, slide.gap))
     }
 
-    /// All that was found, by index: episodes are judged in their order.
+    /// Ends the log, and returns all that was found, by index: episodes are judged in their order.
     pub(crate) fn finish(mut self) -> Segmented {
         self.found.seen.lost = self.counts.lost;
         let (commands, motions) = (&mut self.found.seen.commands, &mut self.found.seen.motions);

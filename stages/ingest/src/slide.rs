@@ -33,15 +33,15 @@ use crate::grazes::graze;
 use crate::order::since;
 use crate::rejection::Rejection;
 
-/// A slide only slows down: a frame this many times faster than its beginning is another's doing.
+/// Ratio of a frame's speed to the slide's first from which it is another's doing: a slide only slows down.
 const FASTER: f64 = 2.0;
 /// Frames in which a slide is fastest: contact may last for some.
 const BEGINNING: usize = 10;
-/// The arm has let go of an object this long after its command fell back and the object began to move, in s.
+/// Time, in s, after its command fell back and the object began to move by which the arm has let go of it.
 const LETS_GO: f64 = 0.1;
-/// A track that does not end at rest needs as many frames.
+/// Least number of frames of a track that does not end at rest.
 const FEWEST_CENSORED: usize = 8;
-/// Most of a slide's frames that may be missing.
+/// Greatest share of a slide's frames that may be missing.
 const MOST_MISSING: f64 = 0.6;
 
 /// What the centroids around one command show.
@@ -54,7 +54,7 @@ pub(crate) struct Slide {
     pub(crate) track: Track,
     /// Frames that jumped away and back, left out of the track.
     pub(crate) outliers: usize,
-    /// What led it along, or turned it aside, on its way.
+    /// What led the object along, or turned it aside, on its way; none where nothing did.
     pub(crate) grazed: Option<Bounce>,
     /// Seconds from the frame before first motion to it.
     pub(crate) gap: f64,
@@ -79,7 +79,7 @@ pub(crate) fn find(frames: &Frames<'_>) -> Result<Slide, Rejection> {
 
 struct StrikeSummary {
     slide: Slide,
-    /// Time of the last frame that was used.
+    /// Time of the last frame that was used, in s.
     end: f64,
 }
 

@@ -14,18 +14,18 @@ use crate::rejection::Rejection;
 use crate::robust::{mean_near_median, median, median_point};
 use crate::slide::{Frame, held, held_until, is_rest, outliers, reaches_fence};
 
-/// A track needs as many frames.
+/// Least number of frames of a track.
 const FEWEST: usize = 8;
-/// An object that moves less than this (m) beside noise in the time before (s) rests: its strikes are found from rest to rest.
+/// Motion (m) beside noise, in the time before (s), below which an object rests: its strikes are found from rest to rest.
 const RESTS: f64 = 0.0025;
 const BEFORE: f64 = 0.3;
-/// A tip that meets an object farther aside, in parts of both radii, only grazes it.
+/// Distance aside, in parts of both radii, beyond which a tip that meets an object only grazes it.
 const GRAZES: f64 = 0.85;
-/// What slides goes this part of the way at least that it would go unbraked: a constant brake leaves half of it.
+/// Least part of its unbraked way that a sliding object goes: a constant brake leaves half of it.
 const SLIDES: f64 = 0.25;
-/// What ends a slide may have taken hold of the object so long before, in s.
+/// Time, in s, before the end of a slide in which what ends it may have taken hold of the object.
 const HOLD: f64 = 0.03;
-/// Rest is seen in this time, in s, and this near to one place, in deviations of the camera's noise.
+/// Time, in s, in which a rest is seen, and the distance from one place that it allows, in deviations of the camera's noise.
 const REST: f64 = 0.25;
 const REST_NOISE: f64 = 4.0;
 
@@ -33,16 +33,16 @@ const REST_NOISE: f64 = 4.0;
 #[derive(Debug)]
 pub(crate) struct TouchedStrike {
     pub(crate) command: Command,
-    /// The object's velocity before, in m/s; none where it rested.
+    /// Velocity of the object before the touch, in m/s; none where it rested.
     pub(crate) moving: Option<Point>,
-    /// What was added to it, in m/s.
+    /// Velocity that the touch added, in m/s.
     pub(crate) launch: Point,
     pub(crate) initial: Point,
     pub(crate) stop: Point,
     pub(crate) track: Track,
     /// Stamp of its first frame, in ns.
     pub(crate) first: i64,
-    /// Seconds from the impact to it.
+    /// Time from the impact to the first frame, in s.
     pub(crate) gap: f64,
 }
 
@@ -60,7 +60,7 @@ impl TouchedStrike {
 
 /// A flight that the tip began, and the frames before it.
 pub(crate) struct TouchedFlight {
-    /// Place in the log.
+    /// Index in the log.
     pub(crate) index: u32,
     pub(crate) flight: Flight,
     pub(crate) before: Vec<Sample>,
@@ -78,10 +78,10 @@ impl TouchedFlight {
         before[from..].to_vec()
     }
 
-    /// How far the camera lies behind the tip's measured place. Of an object that moved the place of the impact is known as well, a little
-    /// worse; a tip that hardly came nearer then tells no time.
+    /// Delay of the camera behind the tip's measured place. Of an object that moved the place of the impact is known as well, a little worse; a tip
+    /// that hardly came nearer then tells no time.
     pub(crate) fn delay(&self, rig: &Rig) -> Option<TouchDelay> {
-        /// In m/s.
+        /// Least speed of the tip towards the object, in m/s.
         const NEARS: f64 = 0.2;
         let place = rested(&self.before, rig.camera.noise).unwrap_or(self.begun.bounce.place);
         let delay = touch_delay(&self.touch.states, place, (self.begun.stamp, 0.0), rig)?;
@@ -91,7 +91,7 @@ impl TouchedFlight {
 
 /// By how much (s) the camera's stamps lie behind the tip's, where these touches surely show that they do.
 pub(crate) fn camera_delay(delays: &[TouchDelay]) -> Option<f64> {
-    /// So many touches tell a delay, that is this long (s) at the least and so many standard errors.
+    /// Least number of touches that tell a delay, least delay in s, and its least size in standard errors.
     const FEWEST_TOUCHES: usize = 6;
     const LEAST: f64 = 0.003;
     const SURE: f64 = 3.0;
@@ -271,7 +271,7 @@ pub(crate) fn without_outliers(frames: &[Sample], noise: f64) -> Vec<Sample> {
     kept.map(|(frame, _)| *frame).collect()
 }
 
-/// From which frame on it rests, and where.
+/// Index of the frame from which on the object rests, and the place, in m; none where it does not.
 fn rests(frames: &[Sample], noise: f64) -> Option<(usize, Point)> {
     (0..frames.len()).step_by(2).find_map(|from| {
         let until = from

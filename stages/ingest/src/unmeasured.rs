@@ -8,9 +8,9 @@ use values::Point;
 use crate::arm::State;
 use crate::order::since;
 
-/// An arm that has gone so far, in m, has moved.
+/// Distance, in m, from which an arm has moved.
 const MOVED: f64 = 0.05;
-/// States farther apart than this, in s, tell no velocity; nor do those nearer together than this.
+/// Longest time between states, in s, that tell a velocity; and the shortest.
 const LONGEST: f64 = 0.1;
 const SHORTEST: f64 = 0.001;
 

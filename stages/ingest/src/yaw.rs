@@ -10,7 +10,7 @@ use crate::order::{Stamped, since};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct YawSample {
     pub(crate) stamp: i64,
-    /// In rad, within ±π.
+    /// Yaw of the object, in rad, within ±π.
     pub(crate) yaw: f64,
 }
 
@@ -21,7 +21,7 @@ impl Stamped for YawSample {
 }
 
 impl YawSample {
-    /// From a quaternion x, y, z, w; `None` where it is none.
+    /// A sample from a quaternion x, y, z, w; `None` where it is none.
     pub(crate) fn of(stamp: i64, quaternion: [f64; 4]) -> Option<Self> {
         yaw_of(quaternion).map(|yaw| Self { stamp, yaw })
     }
@@ -29,7 +29,7 @@ impl YawSample {
 
 /// The yaw (rad) of a quaternion x, y, z, w, be it of unit length or nearly; `None` where it is none.
 pub fn yaw_of([x, y, z, w]: [f64; 4]) -> Option<f64> {
-    /// How far the squared length may be from one: rounding and filters, not zeros.
+    /// Range of the squared length of a quaternion: rounding and filters take it from one; zeros lie outside.
     const LENGTH: std::ops::Range<f64> = 0.5..1.5;
     let length = x * x + y * y + z * z + w * w;
     LENGTH
@@ -37,7 +37,7 @@ pub fn yaw_of([x, y, z, w]: [f64; 4]) -> Option<f64> {
         .then(|| f64::atan2(2.0 * (w * z + x * y), length - 2.0 * (y * y + z * z)))
 }
 
-/// The yaw at rest is taken from this time before first motion, in s.
+/// Time, in s, before first motion over which the yaw at rest is taken.
 const REST: f64 = 0.3;
 /// Two poses with this many usual intervals between them do not show what lies between, in s.
 const GAP: f64 = 0.1;

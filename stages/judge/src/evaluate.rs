@@ -22,13 +22,13 @@ pub struct Prediction {
     pub model: String,
     /// The strike.
     pub strike_id: String,
-    /// Predicted stop, in m.
+    /// Predicted stop, in m; none where the model predicts none.
     pub stop: Option<Point>,
     /// Distance from the measured stop, in m.
     pub error: Option<f64>,
-    /// Simulations used.
+    /// Number of simulations used.
     pub evaluations: u32,
-    /// How it ended.
+    /// How the prediction ended.
     pub status: PredictionStatus,
 }
 
@@ -41,7 +41,7 @@ pub struct Evaluation {
     /// What a perfect model would show on the same strikes; none without strikes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_floor: Option<StopErrors>,
-    /// The same strikes, each as if the models had never seen its session; none where all are of one.
+    /// Stop errors of the same strikes, each predicted as if the models had never seen its session; none where all strikes are of one session.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub new_sessions: Option<NewSessions>,
     /// Each model's prediction of each strike: models in their order, then strikes in theirs.
@@ -52,7 +52,7 @@ pub struct Evaluation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NewSessions {
-    /// Sessions that the strikes are of.
+    /// Number of sessions that the strikes are of.
     pub sessions: usize,
     /// Stop errors, by model. A model that predicts no strike is missing.
     pub models: BTreeMap<String, StopErrors>,
@@ -129,9 +129,9 @@ pub fn stop_errors(
     Ok(strikes.iter().zip(predicted).map(error).collect())
 }
 
-/// The same, each strike predicted as if the model had never seen its session: what differs by session then has its mean over the other
-/// sessions. Everything else of a model learnt from training strikes of that session as well; a log that no version has seen (`carom
-/// score`), or a trial in new sessions, has no part in anything.
+/// A model's stop errors in m, in the order of the strikes, each predicted as if the model had never seen its session: what differs by session then
+/// has its mean over the other sessions. Everything else of a model learnt from training strikes of that session as well; a log that no version has
+/// seen (`carom score`), or a trial in new sessions, has no part in anything.
 pub fn unseen_stop_errors(
     run: &Run,
     model: &Model,
@@ -168,7 +168,7 @@ fn sessions(strikes: &[HeldOut]) -> BTreeSet<&str> {
         .collect()
 }
 
-/// The stop error that repeats leave on these strikes.
+/// The stop errors that repeats of these strikes would show with a perfect model.
 fn noise_floor(
     run: &Run,
     model: &Model,

@@ -23,9 +23,9 @@ pub enum PredictionStatus {
 pub struct Predicted {
     /// Where the object comes to rest, in m; none when the simulation diverged.
     pub stop: Option<Point>,
-    /// Simulations used.
+    /// Number of simulations used.
     pub evaluations: u32,
-    /// How it ended.
+    /// How the prediction ended.
     pub status: PredictionStatus,
 }
 
@@ -36,7 +36,7 @@ pub struct HeldOut {
     pub strike_id: String,
     /// Where the object rested before, in m.
     pub initial: Point,
-    /// Where it came to rest, in m; where it did not, the track's end.
+    /// Where the object came to rest, in m; where it did not, the track's end.
     pub stop: Point,
     /// Seconds from the impact to that end; none of a strike that came to rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -60,7 +60,7 @@ impl From<&Strike> for HeldOut {
     }
 }
 
-/// Where a worker's world has the object of a strike last, struck with this command: at its stop, or at the track's end.
+/// Last place, in m, of a strike's object in a worker's world, struck with this command: at its stop, or at the track's end.
 pub(crate) fn last_place(
     worker: &mut Worker<'_>,
     strike: &HeldOut,

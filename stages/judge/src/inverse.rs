@@ -14,9 +14,9 @@ use world::Worker;
 use crate::held_out::last_place;
 use crate::{HeldOut, Predicted, PredictionStatus};
 
-/// Most simulations; a residual worth its name takes two or three.
+/// Greatest number of simulations; a residual worth its name takes two or three.
 const SIMULATIONS: u32 = 8;
-/// A stand-in is trusted this far from its simulation, in m: its error is a tenth of that or less.
+/// Distance up to which a stand-in is trusted from its simulation, in m: its error is a tenth of that or less.
 const TRUSTED: f64 = 1e-3;
 /// Newton's method ends when the command is met to this share of itself.
 const MET: f64 = 1e-7;
@@ -25,7 +25,7 @@ const STEPS: u32 = 40;
 const HALVINGS: u32 = 10;
 /// Differences for its Jacobian, in m/s and rad.
 const DIFFERENCE: f64 = 1e-4;
-/// Below this determinant the residual undoes what the solve does, and a Newton step leads far away.
+/// Determinant below which the residual undoes what the solve does, and a Newton step leads far away.
 const LEAST_DETERMINANT: f64 = 0.05;
 /// Speeds in m/s that a simulation is given; the solve's own bounds.
 const SPEED: (f64, f64) = (0.05, 4.0);

@@ -8,9 +8,9 @@ use values::{StopErrors, Strike};
 
 use crate::{JudgeError, Prediction};
 
-/// Parts into which strikes are cut by a quantity, of as many strikes each.
+/// Number of parts into which strikes are cut by a quantity, of as many strikes each.
 const PARTS: usize = 3;
-/// With fewer strikes a part says nothing.
+/// Least number of strikes of a part that says something.
 const LEAST: usize = 4;
 
 /// The stop errors of a part of the strikes.
@@ -21,16 +21,16 @@ pub struct Misses {
     pub by: String,
     /// The session; empty of a quantity.
     pub session: String,
-    /// The least and the greatest value of the quantity; none of a session.
+    /// The least value of the quantity; none of a session.
     pub from: Option<f64>,
-    /// See `from`.
+    /// The greatest value of the quantity; none of a session.
     pub to: Option<f64>,
     /// Stop errors of these strikes, in m.
     pub errors: StopErrors,
 }
 
 impl Misses {
-    /// Such as `speed 0.45 to 0.61 m/s`, or `session monday`.
+    /// The part in words, such as `speed 0.45 to 0.61 m/s`, or `session monday`.
     pub fn part(&self) -> String {
         let unit = match self.by.as_str() {
             "speed" => "m/s",

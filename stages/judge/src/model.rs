@@ -12,14 +12,14 @@ pub struct Model {
     pub rig: Rig,
     /// The world.
     pub world: World,
-    /// What it adds to the world's solution; none for a world alone.
+    /// What is added to the world's solution; none for a world alone.
     pub residual: Option<ResidualModel>,
 }
 
 /// A model with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// Such as `sysid_residual`.
+    /// Name of the model, such as `sysid_residual`.
     pub name: String,
     /// The model.
     pub model: Model,
@@ -35,7 +35,7 @@ impl Model {
         }
     }
 
-    /// The same model, if it had never seen a session.
+    /// This model as if it had never seen a session: effects by session take their mean over the other sessions there.
     pub(crate) fn without_session(&self, session: &str) -> Self {
         Self {
             world: self.world.clone().without_session(session),

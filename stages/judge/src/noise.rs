@@ -15,20 +15,19 @@ use crate::held_out::last_place;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
-    /// Of the launch speed, relative, and of friction as the speed that moves a stop as far.
+    /// Standard deviation of the launch speed, relative, and of friction as the speed that moves a stop as far.
     pub speed: f64,
-    /// Of the launch angle, in rad.
+    /// Standard deviation of the launch angle, in rad.
     pub angle: f64,
-    /// Of a coordinate of a measured rest position, in m.
+    /// Standard deviation of a coordinate of a measured rest position, in m.
     pub position: f64,
     /// Root mean square distance of repeats from their middle over all strikes, in m, where it was measured.
     pub measured: Option<f64>,
 }
 
 impl Noise {
-    /// From a world's scatter, whose camera noise is that of one centroid; a rest position is the mean of
-    /// `rest_frames` centroids. An object slides as far as the square of its speed over friction says: 1 % of friction moves a stop as
-    /// half a per cent of speed does.
+    /// The noise by a world's scatter, whose camera noise is that of one centroid; a rest position is the mean of `rest_frames` centroids. An object
+    /// slides as far as the square of its speed over friction says: 1 % of friction moves a stop as half a per cent of speed does.
     pub fn of(scatter: &Scatter, rest_frames: f64) -> Self {
         Self {
             speed: scatter.speed.hypot(0.5 * scatter.friction),
@@ -67,7 +66,7 @@ pub struct Slopes {
 }
 
 impl Slopes {
-    /// None where the world cannot simulate the strike.
+    /// The slopes of a strike; none where the world cannot simulate it.
     pub(crate) fn of(worker: &mut Worker<'_>, strike: &HeldOut) -> Option<Self> {
         let mut stop = |speed: f64, angle: f64| {
             let command = Command::new(

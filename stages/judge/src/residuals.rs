@@ -15,7 +15,7 @@ pub struct ExcludedStrike {
     pub strike_id: String,
     /// How its solve ended.
     pub status: SolveStatus,
-    /// By how much the nearest command misses, in m; none where no simulation came to rest.
+    /// Miss of the nearest command, in m; none where no simulation came to rest.
     pub miss: Option<f64>,
 }
 
@@ -24,7 +24,7 @@ pub struct ExcludedStrike {
 pub struct ResidualTable {
     /// Strikes with a residual.
     pub rows: Vec<Residual>,
-    /// Strikes without.
+    /// Strikes without a residual.
     pub excluded: Vec<ExcludedStrike>,
 }
 

@@ -43,7 +43,7 @@ pub struct Path {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Solved {
-    /// The command that the world needs for it.
+    /// The command that the world needs for the path.
     pub solution: Solution,
     /// The launch that it needs beside the one that the world's effects make of the command that was sent. None where no launch leads
     /// along it, or as near to its end as repeats of a strike stop to one another.
@@ -65,7 +65,7 @@ impl From<&Strike> for Path {
 impl ItemStage for Solve {
     const NAME: &'static str = "solve";
     const VERSION: u32 = 8;
-    /// Its world alone is asked.
+    /// The model; only its world alone is used.
     type Shared = Model;
     type Item = Path;
     type Output = Solved;
@@ -134,9 +134,8 @@ impl Solve {
     }
 }
 
-/// How far repeats of a strike stop from one another, in m: distance goes as speed squared, bearing as angle. A path that bends a little
-/// further than the world's tip holds a box is as good as reached: without its strike a map would learn nothing of the commands that
-/// led there.
+/// Root mean square distance of repeats' stops from one another, in m: distance goes as speed squared, bearing as angle. A path that bends a little
+/// further than the world's tip holds a box is as good as reached: without its strike a map would learn nothing of the commands that led there.
 fn repeats(scatter: &Scatter, path: &Path) -> f64 {
     (2.0 * scatter.speed).hypot(scatter.angle) * path.initial.distance(path.target)
 }

@@ -44,7 +44,7 @@ impl Progress {
         }
     }
 
-    /// The same bar with the number of items of all batches.
+    /// This bar, counting to `items`, the number of items of all batches together.
     pub(crate) fn counted(mut self, items: usize) -> Self {
         self.items(items);
         self.is_counted = true;

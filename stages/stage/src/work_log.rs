@@ -17,7 +17,7 @@ pub(crate) const LOGS: &str = "workers";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
-    /// It began.
+    /// The worker began.
     Began {
         /// Name of its machine.
         host: String,
@@ -26,28 +26,28 @@ pub enum Event {
         /// Its share's number, from 0, and the number of shares.
         shard: [usize; 2],
     },
-    /// It came to a stage.
+    /// The worker came to a stage.
     Found {
         /// The stage.
         stage: String,
         /// What all its jobs have in common.
         group: String,
-        /// Jobs in all.
+        /// Number of jobs.
         jobs: usize,
-        /// Those without an answer.
+        /// Number of jobs without an answer.
         missing: usize,
     },
-    /// It began a job.
+    /// The worker began a job.
     Took {
         /// The stage.
         stage: String,
     },
-    /// It waits for jobs that other workers compute.
+    /// The worker waits for jobs that other workers compute.
     Waits {
         /// The stage.
         stage: String,
     },
-    /// It answered a job.
+    /// The worker answered a job.
     Done {
         /// The stage.
         stage: String,
@@ -60,7 +60,7 @@ pub enum Event {
         /// Time that it took, in s.
         seconds: f64,
     },
-    /// It gave up.
+    /// The worker gave up.
     Failed {
         /// Why; completes "failed to …".
         why: String,

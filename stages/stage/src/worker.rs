@@ -21,7 +21,8 @@ use crate::{Progress, StageError};
 /// How long a worker waits for a job that another one computes before one of those who wait computes it as well, where it computed none of
 /// the kind itself: longer than stages that answer as a whole take.
 pub const PATIENCE: Duration = Duration::from_secs(1200);
-/// Where it did, it waits so many times what the job costs at the slowest pace that it saw, and this part of its patience at the least.
+/// How long it waits for such a job where it computed one of the kind: this many times the job's cost at the slowest pace that it saw, and this part
+/// of its patience at the least.
 const SLOWER: f64 = 20.0;
 /// How often a worker that waits looks again: at first, and at the most.
 const PAUSES: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(500)];
@@ -29,9 +30,9 @@ const PAUSES: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(
 /// The part of a run's work that a worker begins with; it goes on with what the others have not begun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
-    /// Which one, from 0.
+    /// Number of the share, from 0.
     pub index: usize,
-    /// Of how many.
+    /// Number of shares.
     pub count: usize,
     /// How long to wait for a worker that neither answers nor ends, where nothing says how long its job takes.
     pub patience: Duration,

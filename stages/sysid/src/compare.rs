@@ -14,12 +14,12 @@ use crate::scatter::{ANGLE, CLOCK, FRICTION, Nuisances, SPEED};
 /// Parameters that planar form knows; the impact depends on the others, or they are the air's.
 const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "inertia_z"];
 
-/// A track is followed for so much longer than it lasts, in s: differences by the clock look beyond its end.
+/// Time, in s, by which a track is simulated beyond its end: differences by the clock look there.
 const MARGIN: f64 = 0.05;
 
-/// Scatter of launches, relative and in rad: one that is farther from its command is a gap of the world.
+/// Greatest deviation of a launch from its command, relative and in rad, that counts as scatter: more is a gap of the world.
 const LAUNCH_SCATTER: f64 = 0.03;
-/// How far a slide that no strike began may differ from where it is taken to begin.
+/// Greatest deviation, relative and in rad, of the start of a slide that no strike began.
 const UNSTRUCK_LAUNCH: f64 = 0.5;
 
 /// Where strikes are simulated: in MuJoCo, or in planar form, which follows it to a tenth of a millimetre in a twentieth of
@@ -32,7 +32,7 @@ pub(crate) struct StrikeSimulator<'a> {
 }
 
 impl<'a> StrikeSimulator<'a> {
-    /// MuJoCo.
+    /// A simulator in MuJoCo.
     pub(crate) fn mujoco(rig: &'a Rig, strikes: &'a [&'a Strike]) -> Self {
         Self {
             rig,
@@ -41,8 +41,8 @@ impl<'a> StrikeSimulator<'a> {
         }
     }
 
-    /// Planar form, near a world. `None` where it does not know what is free, for a ball, for a world with effects, and where
-    /// an object does not leave the tip.
+    /// A simulator in planar form, near a world. `None` where it does not know what is free, for a ball, for a world with effects, and where an
+    /// object does not leave the tip.
     pub(crate) fn planar(
         rig: &'a Rig,
         world: &World,
@@ -67,7 +67,8 @@ impl<'a> StrikeSimulator<'a> {
         self.launches.is_none()
     }
 
-    /// Whether what lies beyond the derivatives is taken off: planar form is quick, and a ball rolls so far that it counts.
+    /// Whether deviations from the derivatives' linear prediction are simulated and taken off: planar form is quick enough for it, and a ball rolls
+    /// so far that they count.
     pub(crate) fn goes_beyond(&self) -> bool {
         !self.is_mujoco() || self.rig.object.shape() == Shape::Sphere
     }
@@ -80,7 +81,7 @@ impl<'a> StrikeSimulator<'a> {
         }
     }
 
-    /// Every strike in this world, launched so.
+    /// Simulates every strike in this world with this launch.
     pub(crate) fn simulate(&self, world: &World, launch: Launch) -> Result<Batch, WorldError> {
         let tracks = match &self.launches {
             None => self.in_mujoco(world, launch)?,
@@ -139,10 +140,10 @@ impl<'a> StrikeSimulator<'a> {
 }
 
 impl StrikeSimulator<'_> {
-    /// How far each strike's frames lie, with a launch, a clock and a friction of its own, from where the derivatives by these put them,
-    /// in m: a slide is linear in none of them, and scatter would bias what is common to all. A launch counts up to what is scatter, a
-    /// clock up to a frame; beyond these they stay linear. The launch of a slide that no strike began is not known beforehand, and counts
-    /// in full. None where the simulator does not go beyond them.
+    /// For each strike, the difference in m between its frames simulated with a launch, a clock and a friction of its own, and where the derivatives
+    /// by these put them: a slide is linear in none of them, and scatter would bias what is common to all. A launch counts up to what is scatter, a
+    /// clock up to a frame; beyond these they stay linear. The launch of a slide that no strike began is not known beforehand, and counts in full.
+    /// None where the simulator does not go beyond the derivatives.
     pub(crate) fn beyond_slopes(
         &self,
         world: &World,
@@ -229,14 +230,14 @@ pub(crate) struct Launch {
 }
 
 impl Launch {
-    /// As commanded.
+    /// Launches exactly as commanded.
     pub(crate) const EXACT: Self = Self {
         speed_factor: 1.0,
         turn: 0.0,
         delay: 0.0,
     };
 
-    /// A command as it is delivered so.
+    /// A command as this launch delivers it.
     pub(crate) fn of(self, command: Command) -> Command {
         Command {
             speed: command.speed * self.speed_factor,
@@ -247,9 +248,9 @@ impl Launch {
 
 /// One simulated strike.
 enum SimulatedStrike {
-    /// From touch to rest.
+    /// A whole strike from touch to rest, by MuJoCo.
     Whole(Simulated),
-    /// At the measured frames, the launch's delay in them.
+    /// The object at the measured frames, by planar form, with the launch's delay in them.
     Frames(Frames),
 }
 

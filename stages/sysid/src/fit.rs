@@ -15,20 +15,20 @@ use crate::{
 };
 
 const MOST_ITERATIONS: u32 = 15;
-/// Iterations after which each strike's own launch, clock and friction have been taken beyond their derivatives, and again about where
-/// that led.
+/// Least number of iterations: each strike's own launch, clock and friction are then simulated beyond their derivatives, and again about where that
+/// led.
 const LEAST_ITERATIONS: u32 = 3;
 /// The fit ends when no parameter moves by more than this share of its standard error.
 const SETTLED: f64 = 0.05;
-/// The friction of a ball that rolls, and how much of it acts while it slips.
+/// Names of a ball's rolling friction, and of the share of it that acts while the ball slips.
 pub(crate) const ROLLS: &str = "rolling_friction";
 pub(crate) const IN_SLIP: &str = "rolling_in_slip";
-/// What is known of that before strikes are seen, mean and variance: anything from none to all. Where strikes hardly show it, the intervals
-/// of what it is traded for are as wide as that.
+/// Prior mean and variance of that share: anything from none to all. Where strikes hardly show it, the intervals of what it is traded for are as wide
+/// as that.
 const ANY_SHARE: (f64, f64) = (0.5, 1.0 / 12.0);
 /// What is fitted besides the parameters: the mean turn of the launches, and the mean delay of their clocks.
 pub(crate) const MEANS: usize = 2;
-/// Standard errors from which a mean turn is reported.
+/// Standard errors from which a mean turn of the launches is reported.
 const STEADY: f64 = 4.0;
 
 /// A fit and all that its intervals need.
@@ -37,25 +37,25 @@ pub(crate) struct Fitted {
     pub(crate) free: Vec<String>,
     pub(crate) launch: Launch,
     pub(crate) components: VarianceComponents,
-    /// Σ Jᵀ·Σ⁻¹·J over strikes, and what was known before; the freed parameters, then the means.
+    /// Σ Jᵀ·Σ⁻¹·J over strikes, plus the priors' precision; the freed parameters, then the means.
     pub(crate) information: DMatrix<f64>,
     /// Jᵀ·Σ⁻¹·r of each strike.
     pub(crate) scores: Vec<DVector<f64>>,
     /// Jᵀ·Σ⁻¹·J of each strike.
     pub(crate) informations: Vec<DMatrix<f64>>,
-    /// Measured minus simulated coordinates of each strike, in m, less what lies beyond its derivatives.
+    /// Measured minus simulated coordinates of each strike, in m, less what its own deviations do beyond their derivatives.
     pub(crate) residuals: Vec<DVector<f64>>,
     pub(crate) slopes: Slopes,
     /// Huber weight of each strike.
     pub(crate) weights: Vec<f64>,
-    /// What each strike differs by.
+    /// Best guess of each strike's own deviations: launch, clock, resting place and friction.
     pub(crate) guesses: Vec<Nuisances>,
     pub(crate) iterations: u32,
     pub(crate) simulations: u64,
 }
 
 impl Fitted {
-    /// The same fit, counting the simulations of those before it.
+    /// This fit, with the number of simulations of earlier fits added to its own.
     pub(crate) fn after(mut self, simulations: u64) -> Self {
         self.simulations += simulations;
         self
@@ -92,7 +92,7 @@ impl Fitted {
     }
 }
 
-/// Where a fit stands.
+/// The values at which a fit stands.
 #[derive(Clone)]
 struct FitPoint {
     world: World,
@@ -100,7 +100,7 @@ struct FitPoint {
 }
 
 impl FitPoint {
-    /// A step away; parameters stay in their ranges.
+    /// The point a step away, parameters kept in their ranges.
     fn moved(&self, specs: &[&ParameterSpec], step: &DVector<f64>) -> Result<Self, WorldError> {
         let mut world = self.world.clone();
         for (spec, step) in specs.iter().zip(step.iter()) {
@@ -161,7 +161,7 @@ impl Slopes {
         })
     }
 
-    /// Whether a place lies no further off than the differences reached: slopes change little over that.
+    /// Whether derivatives taken here still hold at a point: it lies no further off than the differences reached.
     fn hold_at(&self, place: &FitPoint, specs: &[&ParameterSpec]) -> Result<bool, WorldError> {
         for spec in specs {
             let moved = place.world.value(spec.name)? - self.place.world.value(spec.name)?;
@@ -294,8 +294,7 @@ fn newton(
     }
 }
 
-/// Fits the named parameters, and the mean launch, from where `world` and `launch` stand. What counts is simulated in `lab`;
-/// derivatives are taken in `beside`.
+/// Fits the named parameters and the mean launch from `world` and `launch`. Residuals are simulated in `lab`, derivatives in `beside`.
 pub(crate) fn fit(
     lab: &StrikeSimulator<'_>,
     beside: &StrikeSimulator<'_>,

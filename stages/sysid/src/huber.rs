@@ -2,7 +2,7 @@
 
 use crate::scatter::Evidence;
 
-/// A strike further out than this many times the median weighs less.
+/// Distance, in medians over the strikes, beyond which a strike weighs less.
 const OUTLYING: f64 = 4.0;
 
 /// Weights by strike: one, less for strikes far beyond the median.
@@ -20,7 +20,7 @@ pub(crate) fn weights(evidence: &[Evidence<'_>]) -> Vec<f64> {
         .collect()
 }
 
-/// What a step of the fit must lessen.
+/// The objective that each step of the fit must decrease: the weighted sum of squared distances.
 pub(crate) fn objective(evidence: &[Evidence<'_>], weights: &[f64]) -> f64 {
     evidence
         .iter()

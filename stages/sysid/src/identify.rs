@@ -11,16 +11,16 @@ use crate::{
     slopes::{nuisances, sensitivities},
 };
 
-/// Strikes looked at: this is about sensitivity, which few strikes show.
+/// Number of strikes simulated: sensitivity shows in few.
 const STRIKES: usize = 16;
-/// A parameter whose standard error would exceed this share of its range is not determined by the data.
+/// Share of a parameter's range that its standard error would have to exceed for the data not to determine it.
 const DETERMINED: f64 = 0.10;
-/// A parameter of which less than this share of the effect is left beside the freed ones is not distinguished from them.
+/// Share of a parameter's effect left beside the freed ones below which it is not distinguished from them.
 const APART: f64 = 0.02;
 /// Twice the gain in log-likelihood from which a candidate is worth freeing: one false alarm in a thousand or so.
 pub(crate) const WORTH: f64 = 12.0;
 
-/// What can be determined.
+/// Which parameters the data could determine.
 #[derive(Default)]
 pub(crate) struct Identifiability {
     /// One sentence for each group of parameters that cannot be determined.
@@ -51,7 +51,7 @@ pub(crate) fn rms(rig: &Rig, fitted: &Fitted, all: &[&Strike]) -> Result<f64, Wo
     Ok(lab.simulate(&fitted.world, fitted.launch)?.rms(&strikes))
 }
 
-/// Looks at every parameter that was not freed, through the residual's own weights, with the freed ones projected off.
+/// Tests every parameter that was not freed: its derivatives weighed as the residual is, with the freed ones projected off.
 pub(crate) fn identifiability(
     rig: &Rig,
     fitted: &Fitted,

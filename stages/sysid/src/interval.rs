@@ -28,12 +28,12 @@ pub(crate) fn variances(
     Some(inverse.diagonal().sup(&sandwich.diagonal()))
 }
 
-/// What all tracks may share that this world does not have, in parts of the way gone: the integration of a roll is known to so much, and no lens or
-/// table to less than a third of it.
+/// Error that all tracks may share and this world does not have, as a share of the way gone: the integration of a roll is known to so much, and no
+/// lens or table to less than a third of it.
 const SHARED: f64 = 0.003;
 
-/// By how much each of what was fitted may be off, where all tracks are off by as much of their ways, alike at each of their frames. A ball
-/// that rolls far shows its sliding in a few frames, which the rest of its way outweighs. None where nothing is determined.
+/// Error of each fitted value if all tracks are off by [`SHARED`] of their ways at each frame, all alike. A ball that rolls far shows its sliding in
+/// a few frames, which the rest of its way outweighs. None where nothing is determined.
 pub(crate) fn shared(fitted: &Fitted, strikes: &[&Strike]) -> Option<DVector<f64>> {
     let inverse = fitted.information.clone().try_inverse()?;
     let mut pulls: Vec<DVector<f64>> = Vec::new();
@@ -62,8 +62,8 @@ pub(crate) fn quantile(strikes: usize, fitted: usize, probability: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(probability))
 }
 
-/// The fitted world with intervals. `unseen`: relative variance that friction's mean over all strikes has beside that over those that
-/// were used ([`crate::wander`]). `shared`: by how much each may be off besides.
+/// The fitted world with its 95 % intervals. `unseen`: relative variance of the difference between friction's mean over all strikes and that over
+/// those used ([`crate::wander`]). `shared`: further error of each value ([`shared`]).
 pub(crate) fn with_intervals(
     fitted: &Fitted,
     unseen: f64,

@@ -1,10 +1,9 @@
 //! System identification: the world's parameters from the tracks of strikes.
 //!
-//! Stop distance alone goes as (1+e)²/μ and cannot distinguish friction from restitution; tracks can. Each strike's launch
-//! scatters in speed and angle, so the strike is the unit of evidence: residuals are weighed by
-//! Σ = σ²I + σ_v²·J_v·J_vᵀ + σ_θ²·J_θ·J_θᵀ + …, the scatter is estimated along with the parameters (EM), and intervals come
-//! from how strikes differ. What turns or delays every strike alike is fitted
-//! beside the parameters and reported in a note: it is no scatter, and it does not move the world. Gauss–Newton on large-step central differences starts from a line through
+//! Stop distance alone goes as (1+e)²/μ and cannot distinguish friction from restitution; tracks can. Each strike's launch scatters in speed and
+//! angle, so the strike is the unit of evidence: residuals are weighed by Σ = σ²I + σ_v²·J_v·J_vᵀ + σ_θ²·J_θ·J_θᵀ + …, the scatter is estimated along
+//! with the parameters (EM), and intervals come from how strikes differ. What turns or delays every strike alike is fitted beside the parameters and
+//! reported in a note: it is no scatter, and it does not move the world. Gauss–Newton on large-step central differences starts from a line through
 //! √(D − d(t)), which needs no simulation; NLopt's polish and the paper's Algorithm 2 are in [`algorithm2`].
 
 pub mod algorithm2;
@@ -71,9 +70,9 @@ pub struct Fit {
     pub freed: Vec<String>,
     /// Strikes used.
     pub strikes: usize,
-    /// Root of the mean squared track residual in m: before, at the nominal world.
+    /// Root of the mean squared track residual in m: before, in the nominal world.
     pub rms_before: f64,
-    /// The same after.
+    /// Root of the mean squared track residual in m: after, in the fitted world.
     pub rms_after: f64,
     /// Gauss–Newton iterations in MuJoCo; those in planar form, before, are not counted.
     pub iterations: u32,

@@ -4,7 +4,7 @@
 
 use values::{Strike, free_slides, median};
 
-/// Fewer strikes do not tell how the table brakes.
+/// Least number of strikes that tell how the table brakes.
 const FEWEST: usize = 8;
 /// A slide agrees within so many standard deviations of the strikes' decelerations, or within this part of their median and this much (m/s²);
 /// but never beyond the last part, where anything brakes at all.
@@ -15,14 +15,14 @@ const FARTHEST: f64 = 0.5;
 /// Standard deviation of a normal distribution by its median absolute deviation.
 const MAD_TO_SD: f64 = 1.4826;
 
-/// The slides that teach, and what is to be said of the others.
+/// The slides that identification may use, and sentences on the others.
 pub(crate) struct Teaching {
     pub(crate) slides: Vec<Strike>,
     pub(crate) warning: Option<String>,
 }
 
-/// Those of the slides that agree with the strikes. Where no strike is there, all teach, and that is said; where there are too few, none does,
-/// nor where fewer than half agree: those do by chance.
+/// Chooses the slides that agree with the strikes. Without strikes, all are kept, and that is said; with too few strikes, or where fewer than half of
+/// the slides agree, which they may by chance, none is.
 pub(crate) fn teaching(struck: &[&Strike], slides: Vec<Strike>) -> Teaching {
     let count = slides.len();
     let without = |warning: String| Teaching {
@@ -117,7 +117,7 @@ mod tests {
         braking.into_iter().map(slide).collect()
     }
 
-    /// How many teach beside strikes, and what is said.
+    /// Number of slides that are kept beside these strikes, and what is said of the others.
     fn taught(struck: &[Strike], pushes: Vec<Strike>) -> (usize, String) {
         let found = teaching(&struck.iter().collect::<Vec<_>>(), pushes);
         (found.slides.len(), found.warning.unwrap_or_default())

@@ -10,7 +10,7 @@ use world::Scatter;
 
 /// Speed, angle, clock, resting x, resting y, friction.
 pub(crate) const NUISANCES: usize = 6;
-/// Those whose scatter is estimated, and of them those that are a robot's or a table's, each with its name.
+/// Places of the nuisances whose scatter is estimated, and of those that are a robot's or a table's, each with its name.
 const ESTIMATED: [usize; 4] = [SPEED, ANGLE, CLOCK, FRICTION];
 const BOUNDED: [(usize, &str); 3] = [
     (SPEED, "launch speed"),
@@ -28,13 +28,13 @@ const GREATEST: f64 = 0.12;
 /// Scatter that shows in no track, relative and in rad: changes below it are no changes.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// Places of a launch and its clock: of a slide that no strike began nothing is known of these.
+/// Places of launch and clock among the nuisances: unknown for a slide that no strike began.
 const LAUNCH: [usize; 3] = [SPEED, ANGLE, CLOCK];
-/// Standard deviation of what is not known.
+/// Prior standard deviation of an unknown nuisance.
 const UNKNOWN: f64 = 10.0;
 
 type Square = SMatrix<f64, NUISANCES, NUISANCES>;
-/// What one strike differs by.
+/// One strike's deviations: relative speed, angle (rad), clock (s), resting x and y (m), relative friction.
 pub(crate) type Nuisances = SVector<f64, NUISANCES>;
 
 /// Most steps of expectation and maximisation, and the relative change of a standard deviation at which they end; the next
@@ -47,12 +47,12 @@ const STEADY: f64 = 1e-4;
 pub(crate) struct VarianceComponents {
     /// Relative speed, angle (rad), clock (s), resting x and y (m), relative friction.
     pub(crate) nuisance: [f64; NUISANCES],
-    /// Of a centroid's coordinate, in m.
+    /// Standard deviation of a centroid's coordinate, in m.
     pub(crate) camera: f64,
 }
 
 impl VarianceComponents {
-    /// Before anything is estimated: 1 % of speed, 0.5°, half a frame, and a resting place averaged over ten frames.
+    /// Where estimation starts: 1 % of speed, 0.5°, half a frame, and a resting place averaged over ten frames.
     pub(crate) fn initial(camera_noise: f64, frame: f64) -> Self {
         let rest = camera_noise / 10f64.sqrt();
         Self {
@@ -61,7 +61,7 @@ impl VarianceComponents {
         }
     }
 
-    /// Those of a strike, or of a slide that none began.
+    /// The components that apply to a strike, or to a slide that no strike began.
     fn of(&self, is_unstruck: bool) -> Self {
         let mut own = *self;
         if is_unstruck {
@@ -72,7 +72,7 @@ impl VarianceComponents {
         own
     }
 
-    /// What goes into `world.toml`.
+    /// The scatter as `world.toml` holds it.
     pub(crate) fn scatter(&self) -> Scatter {
         Scatter {
             speed: self.nuisance[SPEED],
@@ -124,7 +124,7 @@ pub(crate) struct Evidence<'a> {
     square: f64,
     posterior: Square,
     camera: f64,
-    /// Whether no strike began it.
+    /// Whether it is a slide that no strike began.
     is_unstruck: bool,
 }
 
@@ -152,7 +152,7 @@ impl<'a> Evidence<'a> {
         evidence
     }
 
-    /// Takes another scatter for true.
+    /// Weighs the strike by other variance components.
     fn reweigh(&mut self, components: &VarianceComponents) {
         let variance = components.camera * components.camera;
         let mut precision = self.gram;
@@ -177,7 +177,7 @@ impl<'a> Evidence<'a> {
         (self.square - self.projected.dot(&self.nuisance())) / (self.camera * self.camera)
     }
 
-    /// Best guess of the nuisances.
+    /// Best linear prediction of the nuisances.
     pub(crate) fn nuisance(&self) -> Nuisances {
         self.posterior * self.projected
     }

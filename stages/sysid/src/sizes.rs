@@ -19,12 +19,12 @@ use crate::{
 const STEP: f64 = 0.05;
 /// Probability that a rig file that is right is said to be wrong; most rigs are.
 const FALSE_ALARM: f64 = 1e-3;
-/// Twice the log-likelihood by which other angles of the arm must explain the strikes better for the sizes to be left alone.
+/// Twice the gain in log-likelihood by which a share on the arm's angles must beat other sizes for the sizes to be left alone.
 const BETTER: f64 = 12.0;
-/// No ruler is off by such a factor: arms are, and an arm is looked for by the diagnosis.
+/// Factor by which no ruler is off: arms are, and an arm is looked for by the diagnosis.
 const FARTHEST: f64 = 1.5;
 
-/// What the strikes say of the sizes.
+/// What the strikes say about the rig file's sizes.
 #[derive(Default)]
 pub(crate) struct Sizes {
     /// A sentence, where they contradict the rig file.
@@ -39,7 +39,7 @@ struct BySize {
 }
 
 impl BySize {
-    /// About a tip whose radius is exp(`change`) times the rig file's.
+    /// Simulated tracks about a tip whose radius is exp(`change`) times the rig file's.
     fn new(
         rig: &Rig,
         fitted: &Fitted,
@@ -64,7 +64,7 @@ impl BySize {
     }
 }
 
-/// Looks whether another size would explain the strikes better. `is_measured`: whether launches are the arm's logged ones.
+/// Tests whether another size would explain the strikes better. `is_measured`: whether launches are the arm's logged ones.
 pub(crate) fn contradicted(
     rig: &Rig,
     fitted: &Fitted,

@@ -17,19 +17,19 @@ use crate::{
     start::{HOLDS, heading, holds},
 };
 
-/// Frictions that are looked at: from the least on, each greater by a factor.
+/// Least friction of the tip that is tried, the factor from each to the next, and their number.
 const LEAST: f64 = 0.08;
 const FURTHER: f64 = 1.1;
 const LOOKED_AT: i32 = 30;
-/// Strikes that are looked at before a fit, and how far launches scatter then, relative and in rad: clocks and slides are not known yet.
+/// Number of strikes simulated before a fit, and the scatter of launches assumed then, relative and in rad: clocks and slides are not known yet.
 const STRIKES: usize = 40;
 const SCATTER: f64 = 0.03;
-/// A strike that does not leave the tip counts as one whose launch is off by so many times that scatter.
+/// Deviation, in units of that scatter, with which a strike counts that does not leave the tip.
 const STAYS: f64 = 5.0;
-/// Fewer strikes tell nothing.
+/// Least number of strikes that tell the tip's friction.
 const FEWEST: usize = 8;
 
-/// Frictions that are looked at, every second one before a fit.
+/// The frictions of the tip that are tried, every second one before a fit.
 fn frictions(step: usize) -> impl Iterator<Item = f64> {
     (0..LOOKED_AT)
         .step_by(step)
@@ -117,8 +117,8 @@ fn launches(
     }))
 }
 
-/// The world with the tip's friction under which the launches of a fit's strikes are likeliest, where that is beyond chance; `all`: what the
-/// tip must hold. Restitution and what turns all launches alike or by a share of their angle are fitted anew beside each.
+/// The world with the tip's friction under which the launches of a fit's strikes are likeliest, where that is beyond chance; `all`: strikes that the
+/// tip must hold. Restitution, and a turn of all launches alike or by a share of their angle, are fitted anew beside each friction.
 pub(crate) fn explained(
     rig: &Rig,
     fitted: &Fitted,

@@ -8,15 +8,15 @@ use world::{GRAVITY, World, parameter};
 
 use crate::fit::{Fitted, IN_SLIP, ROLLS};
 
-/// The parameter that decides how far aside a box can be sent.
+/// Name of the parameter that decides how far aside a box can be sent.
 pub(crate) const HOLDS: &str = "tip_friction";
 /// Share of the strikes whose bearings must lie within the tip's friction cone, and by how much the cone is wider yet.
 const HELD: (f64, f64) = (0.98, 1.1);
-/// The least share that a tip which slips holds: its strikes gather at the cone's edge, and noise takes some beyond it.
+/// Least share of the strikes that a tip which slips holds: its strikes gather at the cone's edge, and noise takes some beyond it.
 const HELD_BY_ONE_THAT_SLIPS: f64 = 0.9;
-/// Shorter paths, in m, have no bearing to speak of.
+/// Length, in m, below which a path has no bearing to speak of.
 const SHORT: f64 = 0.05;
-/// Part of the way by which an object's heading is told: what bends the way is none of the impact's.
+/// Part of the way from which an object's launch direction is read: what bends the way later is not of the impact.
 const EARLY: f64 = 0.4;
 
 /// The direction in rad in which an object leaves the tip, from the first part of its way; none where the way is too short.
@@ -27,8 +27,8 @@ pub(crate) fn heading(strike: &Strike) -> Option<f64> {
     Some((away - strike.initial).bearing())
 }
 
-/// The tip's friction that the strikes' bearings need at least: a tip that slips along a face cannot send a box further aside than the
-/// arc tangent of its friction; so that this share of them is held. None for a round object, and where no strike shows it.
+/// The tip's friction that this share of the strikes' bearings needs at least: a tip that slips along a face cannot send a box further aside than the
+/// arc tangent of its friction. None for a round object, and where no strike shows it.
 fn needed_grip(rig: &Rig, strikes: &[&Strike], share: f64) -> Option<f64> {
     if rig.object.shape() != values::Shape::Box {
         return None;
@@ -60,14 +60,14 @@ pub(crate) fn hold(rig: &Rig, world: World, strikes: &[&Strike], free: &[String]
     }
 }
 
-/// Whether a tip of this friction sends a box as far aside as the strikes show, but for the margin that [`hold`] leaves: bearings are
-/// measured, and may all be turned a little. What tracks say of a tip that slips is of no account where they went too far for it.
+/// Whether a tip of this friction can send a box as far aside as the strikes show, but for the margin that [`hold`] leaves: bearings are measured,
+/// and may all be turned a little. Where strikes went too far aside for it, tracks do not count as evidence that the tip slips.
 pub(crate) fn holds(rig: &Rig, strikes: &[&Strike], tip_friction: f64) -> bool {
     needed_grip(rig, strikes, HELD_BY_ONE_THAT_SLIPS)
         .is_none_or(|needed| HELD.1 * tip_friction >= needed)
 }
 
-/// A sentence where the tip was given more friction.
+/// A sentence that the tip was given more friction; none where it was not.
 pub(crate) fn held(before: &World, fitted: &Fitted) -> Option<String> {
     let (before, after) = (before.value(HOLDS).ok()?, fitted.world.value(HOLDS).ok()?);
     let is_freed = fitted.free.iter().any(|name| name == HOLDS);
@@ -76,8 +76,8 @@ pub(crate) fn held(before: &World, fitted: &Fitted) -> Option<String> {
     })
 }
 
-/// How far a ball has gone so long (s) after a launch at this speed (m/s), in m: it slides, turning ever faster, then rolls. Decelerations of
-/// both in m/s², and how much of rolling friction acts while it slides.
+/// Distance, in m, that a ball has gone `time` s after a launch at this speed (m/s): it slides, turning ever faster, then rolls. Decelerations of
+/// both in m/s²; `in_slip`: share of rolling friction that acts while it slides.
 fn rolled(time: f64, launch: f64, sliding: f64, rolling: f64, in_slip: f64) -> f64 {
     let slides = launch / (3.5 * (sliding - in_slip * rolling));
     let rolls = launch - sliding * slides;

@@ -3,7 +3,7 @@
 //! Friction of strikes near in time is then alike. Its steps are estimated from how the squared difference of two strikes' frictions grows
 //! with the number of strikes between them (a variogram; Matheron 1963).
 
-/// Correlation of one strike's friction with the next one's, in standard errors of none, from which it wanders: 1 %, one-sided.
+/// Least correlation of one strike's friction with the next one's, in standard errors, from which friction counts as wandering: one-sided 1 %.
 const WANDERS: f64 = 2.33;
 
 /// Variance of friction's mean over `all` strikes less that over those `used`, relative to friction, where it wanders; 0 where it

@@ -1,4 +1,4 @@
-//! What one more number would be if it were fitted beside all that was.
+//! The value that one more parameter would take if it were fitted beside all that was.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -59,7 +59,7 @@ impl Wanted {
         })
     }
 
-    /// How many standard errors it is away from where it was held.
+    /// Distance, in standard errors, from where it was held.
     pub(crate) fn distance(&self) -> f64 {
         (self.change / self.error).abs()
     }

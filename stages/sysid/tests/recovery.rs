@@ -422,7 +422,8 @@ fn launches_that_scatter_move_restitution_by_their_mean_and_friction_not_at_all(
     assert!(friction.abs() < 2e-4, "{friction}");
 }
 
-/// The same strikes as slides that no strike began: from some frame on, with the velocity that they then have.
+/// Strikes turned into slides that no strike began: each track from its sixth frame on, the command the velocity (m/s, rad) that the object has
+/// there.
 fn pushes(strikes: &[Strike]) -> Vec<Strike> {
     let push = |strike: &Strike| {
         let mut slide = strike.clone();

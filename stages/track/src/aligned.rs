@@ -25,7 +25,7 @@ pub(crate) struct Aligned {
 }
 
 impl Aligned {
-    /// As it was seen before.
+    /// An image that has not moved since the one before.
     pub(crate) fn still() -> Self {
         Self {
             flow: Flow::still([0; 2]),

@@ -17,7 +17,7 @@ pub(crate) struct CameraInfo {
     pub(crate) lens: Lens,
     /// Width and height in px.
     pub(crate) size: [usize; 2],
-    /// Of rectified images: the matrix that holds for them before.
+    /// For rectified images, the matrix `[fx, fy, cx, cy]` that held before rectification.
     before: Option<[f64; 4]>,
 }
 
@@ -66,7 +66,7 @@ pub(crate) const MOST_BEND: f64 = 0.02;
 
 /// Whether two matrices (`[fx, fy, cx, cy]`) of images of this width (px) differ by no more than calibrations of one camera do.
 fn is_alike(a: &[f64; 4], b: &[f64; 4], width: usize) -> bool {
-    /// Of a focal length, and of the image's width for the principal point.
+    /// Greatest difference, as a share of a focal length, and of the image's width for the principal point.
     const MOST: f64 = 0.01;
     let width = width.max(1) as f64;
     let scales = [b[0], b[1], width, width];

@@ -79,7 +79,7 @@ pub fn excerpt(log: &Path, topic: Option<&str>, windows: &[Window]) -> Result<Ex
 
 #[derive(Default)]
 struct Topic {
-    /// Of a video, whose images build on one another.
+    /// Decoder of a video, whose images build on one another.
     decoder: Decoder,
     /// Messages since its last key frame that nobody wanted.
     waiting: Vec<Vec<u8>>,

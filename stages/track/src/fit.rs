@@ -265,7 +265,8 @@ pub(crate) fn nearby(
     Some((pose, f64::from(score) / rays.len() as f64))
 }
 
-/// The farthest a search goes, in half widths of the object. Distance of the rays of a search (px); how far to both sides of the outline it looks (px); its steps, of the object's half width.
+/// The farthest a search goes, in half widths of the object. Distance of the rays of a search (px); how far to both sides of the outline it looks
+/// (px); its steps, of the object's half width.
 const MOST_REACH: f64 = 10.0;
 const SEARCH_SPACING: f64 = 2.5;
 const SEARCH_EDGE: f64 = 2.0;

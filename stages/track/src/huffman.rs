@@ -39,8 +39,8 @@ impl Step {
 
 #[derive(Debug)]
 pub(crate) struct Codes {
-    /// How many codes each length has, their symbols in the order of the codes, and for each length the first code beyond it (left-aligned in 16 bits) and what is added to
-    /// a code to find its symbol.
+    /// How many codes each length has, their symbols in the order of the codes, and for each length the first code beyond it (left-aligned in 16
+    /// bits) and what is added to a code to find its symbol.
     counts: [u8; LONGEST],
     symbols: Vec<u8>,
     beyond: [u32; LONGEST + 1],
@@ -120,7 +120,7 @@ impl Codes {
         self.symbol((bits >> (u64::BITS - LONGEST as u32)) as u32)
     }
 
-    /// As many symbols of coefficients as are whole in the bits.
+    /// Step over as many symbols of coefficients as are whole in the bits.
     fn all_within(&self, bits: usize) -> Step {
         let mut all = Step::default();
         while u32::from(all.passed) < BLOCK {
@@ -135,7 +135,7 @@ impl Codes {
         all
     }
 
-    /// As many symbols of coefficients as the next bits hold, looked up.
+    /// Step over as many symbols of coefficients as the next bits hold, looked up.
     #[inline]
     pub(crate) fn many(&self, bits: u64) -> Step {
         self.many[(bits >> (u64::BITS - LOOKED_UP)) as usize]

@@ -77,7 +77,7 @@ impl Learned {
         Ok(size.map_or_else(Self::default, |size| Self::of(kept, size, tracker)))
     }
 
-    /// Of messages of images whose pixels take so many bytes each.
+    /// Learns from messages of images whose pixels take so many bytes each.
     fn of(kept: Vec<Kept>, size: usize, tracker: &Tracker) -> Self {
         let most = (MOST_PIXEL_BYTES / size).min(PILOTS);
         if most < FEWEST_PILOTS {

@@ -27,7 +27,7 @@ pub(crate) struct FrameTracker<'a> {
     tracker: &'a Tracker,
     learned: &'a Learned,
     is_drawn: bool,
-    /// Those that no thread uses now; each keeps its memory from image to image.
+    /// Decoders that no thread uses now; each keeps its memory from image to image.
     decoders: Mutex<Vec<Decoder>>,
 }
 
@@ -77,9 +77,9 @@ enum Queued {
 pub(crate) struct MessageQueue<'s, 'scope> {
     scope: &'s ScopeFifo<'scope>,
     frames: &'scope FrameTracker<'scope>,
-    /// Of a video, whose images build on one another.
+    /// Decoder of a video, whose images build on one another.
     decoder: Decoder,
-    /// Each with its bytes.
+    /// Messages that wait, each with its size in bytes.
     queued: VecDeque<(Queued, usize)>,
     bytes: usize,
     images: usize,

@@ -146,7 +146,7 @@ impl Notes {
 /// A marker is printed and measured to this share.
 const LEAST_SCALE: f64 = 0.015;
 
-/// That the marker is seen larger or smaller than it is stated, and what that costs if its height (m) is wrong.
+/// A sentence that the marker is seen larger or smaller than it is stated, and what that costs if its height (m) is wrong.
 pub(crate) fn said_of_marker(scale: f64, height: f64, camera: &CameraModel) -> Option<String> {
     let far = camera.position[2] - height;
     let (what, percent) = if scale > 1.0 {
@@ -172,10 +172,10 @@ pub struct TrackOutcome {
     pub frames: u64,
     /// Images whose centroid was written.
     pub centroids: u64,
-    /// Of these, those whose yaw the object's marker told.
+    /// Images whose centroid was written and whose yaw the object's marker told.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub poses: u64,
-    /// The others, by reason.
+    /// Images without a centroid, by reason.
     pub reasons: BTreeMap<Reason, u64>,
     /// What a person should know of the log.
     pub notes: Vec<String>,

@@ -24,13 +24,13 @@ pub(crate) struct Readout {
     pub(crate) deviation: f64,
 }
 
-/// Frames that are farther apart than this (s) tell no velocity; nor do those between which it changes by more than this share.
+/// Greatest time (s) between frames that tell a velocity, and greatest share by which it may change between them.
 const APART: f64 = 0.08;
 const STEADY: f64 = 0.3;
-/// An object between these speeds (m/s) moves; one below the first rests if below the second.
+/// Speeds (m/s) at which an object counts as moving, and the speed below which it rests.
 const MOVES: std::ops::Range<f64> = 0.15..3.0;
 const RESTS: f64 = 0.02;
-/// A readout that is known to this (s) is known; to that, no more frames are looked at.
+/// Standard deviation (s) below which a readout is known; to that, no more frames are looked at.
 const KNOWN: f64 = 0.008;
 const ENOUGH: f64 = 0.0006;
 /// What is not known of it beside the scatter of frames: this (s), and this share.
@@ -158,7 +158,7 @@ impl From<LogError> for Ended {
 }
 
 impl Readout {
-    /// That of a log's images; none where they do not tell it to 8 ms. `period` is from one image to the next, in s.
+    /// The readout time of a log's camera; none where its images do not tell it to 8 ms. `period` is from one image to the next, in s.
     ///
     /// # Errors
     /// The log cannot be read.

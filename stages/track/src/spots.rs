@@ -281,9 +281,9 @@ pub(crate) struct Fitted {
     pub(crate) flow: Flow,
     /// How bright the table is, of what it was.
     pub(crate) gain: f64,
-    /// Of brightness, of 255.
+    /// Scatter of brightness, of 255.
     pub(crate) scatter: f32,
-    /// Of the movement where it is known least, in px.
+    /// Standard deviation of the movement where it is known least, in px.
     pub(crate) deviation: f64,
     count: usize,
 }

@@ -21,7 +21,7 @@ const BARE: std::ops::Range<f32> = 0.85..1.18;
 /// Light of a table on the other side of a hard shadow's edge, of its median light around: in the shadow, or beside it.
 const DEEP: std::ops::Range<f32> = 0.02..0.35;
 const BESIDE: std::ops::Range<f32> = 2.9..50.0;
-/// Of the table's light, by how much its colour may differ; and of 1, what noise makes of the dark.
+/// Greatest difference of colour, as a share of the table's light; and the noise of the dark, of 1.
 const OTHER: f32 = 0.14;
 const NOISE: f32 = 0.012;
 

@@ -15,23 +15,23 @@ use crate::size::is_glare;
 pub enum Reason {
     /// Nothing of the object's colour and size is on the table.
     NoObject,
-    /// Its marker cannot be read, and nothing else is known of how it looks.
+    /// The object's marker cannot be read, and nothing else is known of how it looks.
     NoMarker,
     /// More than one thing of the object's colour and size is.
     TwoObjects,
     /// The object is cut by the image's border.
     Border,
-    /// Part of it is hidden, by a hand or the arm.
+    /// Part of the object is hidden, by a hand or the arm.
     Occluded,
-    /// Glare hides its colour.
+    /// Glare hides the object's colour.
     Saturated,
-    /// It is too dark to judge its colour.
+    /// The object is too dark to judge its colour.
     Shaded,
     /// What is seen has not the object's shape or size.
     Shape,
     /// The table is not where it was in the log's other images: the camera was pushed, or something large lies before it.
     Moved,
-    /// It is seen elsewhere than where it rests in the frames before and behind.
+    /// The object is seen elsewhere than where it rests in the frames before and behind.
     Jumped,
     /// The image was seen before, while the object moved.
     Repeated,

@@ -97,7 +97,7 @@ impl Video {
         Ok(())
     }
 
-    /// That no image is shown before one that was sent earlier, and that none is missing before this one.
+    /// Checks that no image is shown before one that was sent earlier, and that none is missing before this one.
     fn check_order(&mut self, nals: &[NalUnit<'_>]) -> Result<(), ImageError> {
         let mut next = self.last;
         for nal in nals {
@@ -156,7 +156,7 @@ fn wrong(why: impl std::fmt::Display) -> ImageError {
 /// From Y'CbCr to R'G'B', in parts of 65536.
 struct Colours {
     luma: (i32, i32),
-    /// Of Cr to red, of Cb and Cr to green, of Cb to blue.
+    /// Factors of Cr to red, of Cb and Cr to green, of Cb to blue.
     chroma: [i32; 4],
 }
 

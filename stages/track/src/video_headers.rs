@@ -19,7 +19,7 @@ pub(crate) struct SliceStart {
 }
 
 impl Numbering {
-    /// That of a sequence parameter set; none where numbers may be left out, or where they stand behind scaling lists.
+    /// The numbering by a sequence parameter set; none where numbers may be left out, or where they stand behind scaling lists.
     pub(crate) fn of(parameters: &[u8]) -> Option<Self> {
         /// Profiles whose parameter sets state the chroma format.
         const HIGH: [u32; 13] = [100, 110, 122, 244, 44, 83, 86, 118, 128, 138, 139, 134, 135];
@@ -67,9 +67,9 @@ impl Numbering {
 }
 
 impl SliceStart {
-    /// Of a slice's bytes; none where they end before.
+    /// Reads the beginning of a slice's bytes; none where they end within it.
     pub(crate) fn of(slice: &[u8], numbering: Option<Numbering>) -> Option<Self> {
-        /// Of slices whose blocks may take two directions; the second where all slices of the image do.
+        /// Types of slices whose blocks may be predicted from two images; the second where all slices of the image do.
         const BIDIRECTIONAL: [u32; 2] = [1, 6];
         let mut bits = Bits::new(slice);
         bits.number()?; // first_mb_in_slice
@@ -98,7 +98,7 @@ impl<'a> Bits<'a> {
         Self { bytes, at: 0 }
     }
 
-    /// So many bits, 31 at the most.
+    /// Reads `count` bits as a number, 31 at the most.
     fn read(&mut self, count: u32) -> Option<u32> {
         let mut number = 0;
         for _ in 0..count {

@@ -7,7 +7,7 @@ use burn::{
     tensor::{Gradients, Tensor},
 };
 
-/// How long the moments remember, and what keeps a step finite.
+/// Decay rates of the first and second moment, and the term that keeps a step finite.
 const FIRST: f32 = 0.9;
 const SECOND: f32 = 0.999;
 const EPSILON: f32 = 1e-5;

@@ -26,8 +26,8 @@ pub struct Example {
     pub residual: Option<Residual>,
 }
 
-/// The examples that strikes are, in one world: each with its launch, and the residuals of those that have one, found by the strike. One that was pushed twice has a launch, the one that would have led as far, and no residual: no one command sends an
-/// object there.
+/// The examples that strikes are, in one world: each with its launch, and the residuals of those that have one, found by the strike. One that was
+/// pushed twice has a launch, the one that would have led as far, and no residual: no one command sends an object there.
 pub fn examples<'a>(
     strikes: impl Iterator<Item = (&'a Strike, Option<LaunchResidual>)>,
     residuals: &[Residual],

@@ -28,7 +28,7 @@ const MOST_VALIDATION: usize = 400;
 /// Units that dropout may silence: the last hidden layer's.
 const DROPPED: usize = 32;
 
-/// So many steps ([`Settings::steps`]).
+/// The result of one epoch of [`Settings::steps`] steps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Epoch {
     /// Its number, from 1.
@@ -46,9 +46,9 @@ pub struct Epoch {
 pub struct Mae {
     /// Over both outputs, Δspeed in m/s and Δangle in rad: the number of which the paper reports 0.015.
     pub raw: f64,
-    /// Of Δspeed, in m/s.
+    /// Mean absolute error of Δspeed, in m/s.
     pub d_speed: f64,
-    /// Of Δangle, in rad.
+    /// Mean absolute error of Δangle, in rad.
     pub d_angle: f64,
     /// Over both outputs, in units of the targets' deviation on the rows that learnt.
     pub scaled: f64,
@@ -243,7 +243,7 @@ impl Trainer {
         }
     }
 
-    /// So many steps; the mean squared error over their batches.
+    /// Takes one epoch's steps, and returns the mean squared error over their batches.
     fn epoch(&mut self, rate: f64, settings: &Settings) -> f64 {
         let (mut loss, mut rows) = (0.0, 0);
         for _ in 0..settings.steps {

@@ -122,7 +122,7 @@ impl<'g> Regression<'g> {
         prior
     }
 
-    /// Of the weights of which the strikes say at least this share of what the prior says; of all where it is zero.
+    /// Posterior of the weights of which the strikes say at least this share of what the prior says; of all where it is zero.
     fn posterior(&self, hyper: &Hyper, least: f64) -> Option<Posterior> {
         let noise = (2.0 * hyper[4]).exp();
         let prior = Self::prior(hyper);

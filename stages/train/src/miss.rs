@@ -8,14 +8,14 @@ use values::{Command, LaunchResidual, Residual, wrap_angle};
 /// What a prediction leaves of a strike's launch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Miss {
-    /// Logarithm of the factor on the speed.
+    /// Error of the speed, as a logarithm.
     speed: f64,
-    /// In rad.
+    /// Error of the angle, in rad.
     angle: f64,
 }
 
 impl Miss {
-    /// Of a prediction of what the arm delivers beside the world: logarithm of the factor on the speed, and rad.
+    /// The miss of a prediction of what the arm delivers beside the world: logarithm of the factor on the speed, and rad.
     pub(crate) fn of_launch(launch: &LaunchResidual, predicted: [f64; 2]) -> Self {
         Self {
             speed: predicted[0] - launch.speed,
@@ -23,8 +23,8 @@ impl Miss {
         }
     }
 
-    /// Of a prediction of what to add to the world's command (m/s, rad), where `sent` led along the strike's path; none where no
-    /// speed would be left.
+    /// The miss of a prediction of what to add to the world's command (m/s, rad), where `sent` led along the strike's path; none where no speed would
+    /// be left.
     pub(crate) fn of_command(sent: Command, row: &Residual, added: [f64; 2]) -> Option<Self> {
         let speed = row.speed_sim + added[0];
         (speed > 0.0 && sent.speed > 0.0).then(|| Self {

@@ -15,7 +15,7 @@ use store::network::{LAYERS, Layer, Network, NetworkError, SIZES};
 
 use crate::scaling::Scaling;
 
-/// Of batch norm: how fast what it answers by follows the batches, and what is added to variances.
+/// Constants of batch norm: how fast its running mean and variance follow the batches, and what is added to variances.
 const MOMENTUM: f64 = 0.1;
 const EPSILON: f64 = 1e-5;
 
@@ -80,7 +80,8 @@ impl Model {
         })
     }
 
-    /// The same function with SI inputs and outputs and without batch norm, as plain weights.
+    /// This network with batch norm and both scalings folded into plain weights: it takes and gives SI units. Errors where the weights make no valid
+    /// network.
     pub(crate) fn fold(
         &self,
         inputs: &Scaling<4>,

@@ -51,7 +51,7 @@ pub enum Fault {
     Frozen,
     /// Reports stay as they were in all but their clock.
     Stale,
-    /// The same report comes again and again.
+    /// One report comes again and again, unchanged.
     Repeated,
     /// The clock of the reports goes back by a second.
     ClockBack,

@@ -82,7 +82,7 @@ impl Topic {
         self.publish_in("table", [x, y, 0.0]);
     }
 
-    /// The same of a place in any frame.
+    /// Sends a place (m) in the frame of this name, stamped now, to whoever has subscribed.
     pub fn publish_in(&self, frame: &str, [x, y, z]: [f64; 3]) {
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let stamp = since.unwrap_or_default();

@@ -55,7 +55,7 @@ pub struct Reported {
     pub mode: u8,
     pub waiting: u16,
     pub enabled: bool,
-    /// Those that are not, even then: a bit each.
+    /// Motors that are off even where motion is enabled: a bit each.
     pub off: u8,
     /// Error and warning code.
     pub codes: [u8; 2],

@@ -28,7 +28,7 @@ pub enum Listening {
 
 /// A controller that runs until it is dropped.
 pub struct Emulator {
-    /// Of an xArm: control, real-time, ordinary and rich report. Of Universal Robots: two of scripts, RTDE, dashboard.
+    /// The emulator's addresses. Of an xArm: control, real-time, ordinary and rich report. Of Universal Robots: two of scripts, RTDE, dashboard.
     pub ports: [SocketAddr; 4],
     shared: Arc<Shared>,
 }
@@ -48,7 +48,7 @@ impl Emulator {
         Self::serve(listening, State::new(model, fault), ports, serve)
     }
 
-    /// The same of a Universal Robots arm: two ports of scripts, RTDE, and the dashboard.
+    /// Starts one of a Universal Robots arm, with two ports of scripts, RTDE and the dashboard; the fault is made once, at its step.
     pub fn start_ur(
         listening: Listening,
         model: Model,
@@ -98,7 +98,7 @@ impl Emulator {
         })
     }
 
-    /// The same with a table before the arm and a camera that publishes what it sees of it, at its rate in Hz.
+    /// This emulator with a table before the arm, and a camera that publishes what it sees of the table, at its rate in Hz.
     pub fn with_table(self, table: Table, (camera, rate): (Topic, f64)) -> Self {
         let shared = self.shared.clone();
         shared.lock().table = Some(table);
@@ -155,7 +155,7 @@ impl Emulator {
         state.make_fault();
     }
 
-    /// Another program gives its signs of life from now on.
+    /// Lets another program give its signs of life from now on.
     pub fn is_claimed(&self) {
         self.shared.lock().is_claimed = true;
     }

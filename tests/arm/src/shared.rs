@@ -31,7 +31,7 @@ pub(crate) fn is_cut(shared: &Shared, since: Instant) -> bool {
     })
 }
 
-/// The same of one that requests go over.
+/// Whether a connection for requests that was made before the fault is cut by it.
 pub(crate) fn is_shut(shared: &Shared, since: Instant) -> bool {
     let made = shared.lock().made;
     let alone = made.is_some_and(|(at, fault)| fault == Fault::ControlClosed && since <= at);

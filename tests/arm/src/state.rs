@@ -119,9 +119,9 @@ const STOPPED: u8 = 4;
 #[derive(Debug)]
 struct Script {
     begun: Instant,
-    /// It waits for signs of life after its lines.
+    /// Whether the program waits for signs of life after its lines.
     waits: bool,
-    /// It writes the last one that it read.
+    /// Whether the program writes the last sign of life that it read.
     echoes: bool,
     /// Lines that it moves once their numbers come, as the queue holds them.
     lines: Vec<(i32, [f64; 8])>,

@@ -16,9 +16,9 @@ const STILL: f64 = 0.05;
 const LIES: Duration = Duration::from_millis(2_500);
 /// One that is not struck for so long is put elsewhere, as a person does who is asked to.
 const IGNORED: Duration = Duration::from_secs(15);
-/// It is put no nearer to the tip than this, in m.
+/// Least distance from the tip, in m, at which the object is put.
 const CLEAR: f64 = 0.1;
-/// It is put no nearer to where it stopped than this, in m: `carom collect` waits until it was put elsewhere.
+/// Least distance from where it stopped, in m, at which the object is put: `carom collect` waits until it was put elsewhere.
 const ELSEWHERE: f64 = 0.03;
 /// An object that is in the hand is not seen for so long.
 const IN_HAND: Duration = Duration::from_millis(400);
@@ -75,7 +75,7 @@ impl Table {
         self.since = Instant::now() + time;
     }
 
-    /// Where it lies or slides now, in m.
+    /// Place of the object now, in m, at rest or sliding.
     pub fn place(&self, now: Instant) -> Point {
         match &self.struck {
             Some((impact, shot)) => shot.at(now.saturating_duration_since(*impact).as_secs_f64()),

@@ -20,13 +20,13 @@ use super::set::{Made, Make, identified, strikes};
 const LOOKS: [usize; 9] = [1, 2, 4, 8, 12, 24, 48, 96, 192];
 const MOST_CHOSEN: usize = 48;
 const MOST_RANDOM: usize = LOOKS[LOOKS.len() - 1];
-/// So many chosen strikes are made at a time.
+/// Number of chosen strikes made at a time.
 const AT_A_TIME: usize = 12;
 
 /// Strikes that a set begins with, and what is hidden in it: effects of the table and the camera, which strikes elsewhere, faster
 /// or at another angle can separate.
 const FEW: usize = 20;
-/// So many sets for each seed of the benchmark: most leave nothing to separate.
+/// Number of sets for each seed of the benchmark: most leave nothing to separate.
 const SETS: u64 = 3;
 const STARTS: [&str; 6] = [
     "speed_weakening_friction",
@@ -47,7 +47,7 @@ pub struct Separation {
     pub pairs: Vec<Pair>,
 }
 
-/// How many strikes separated a pair.
+/// Number of strikes that separated a pair.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Pair {
     pub hidden: String,

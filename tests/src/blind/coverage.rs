@@ -23,7 +23,7 @@ impl Covered {
     }
 }
 
-/// How many intervals hold the truth: of all parameters, and of the two that every set has.
+/// Proportion of intervals that hold the truth: of all parameters, and of the two that every set has.
 pub fn figures(covered: &[&Covered]) -> [Figure; 3] {
     let figure = |what, goal, parameter: Option<&str>| {
         let of_it = |c: &&&Covered| parameter.is_none_or(|name| c.parameter == name);

@@ -113,7 +113,7 @@ impl Proportion {
         })
     }
 
-    /// Both counts together.
+    /// The sum of both counts.
     pub fn plus(self, other: Self) -> Self {
         Self {
             hits: self.hits + other.hits,
@@ -147,7 +147,7 @@ impl Proportion {
     }
 }
 
-/// As percent with its interval and both counts; a dash for 0 of 0.
+/// A proportion as percent with its interval and both counts; a dash for 0 of 0.
 impl std::fmt::Display for Proportion {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if self.all == 0 {

@@ -15,7 +15,7 @@ use world::World;
 pub(super) struct Make<'t> {
     pub truth: &'t Truth,
     pub strikes: usize,
-    /// How many sessions; none: as the demo has it.
+    /// Number of sessions; none: as the demo has it.
     pub sessions: Option<usize>,
     /// Strikes in place of random ones.
     pub plan: Option<Vec<PlannedStrike>>,
@@ -24,7 +24,7 @@ pub(super) struct Make<'t> {
 }
 
 impl<'t> Make<'t> {
-    /// So many random strikes, in sessions as the demo has them.
+    /// A design of `strikes` random strikes, in sessions as the demo has them.
     pub(super) fn random(truth: &'t Truth, strikes: usize) -> Self {
         Self {
             truth,

@@ -28,7 +28,7 @@ pub(super) struct Probes {
 }
 
 impl Probes {
-    /// By these strikes: start, command, and which it is; `None` where the rig cannot strike.
+    /// Probes from these strikes: start, command, and number; `None` where the rig cannot strike.
     pub(super) fn new(truth: &Truth, strikes: Vec<(Point, Command, StrikeIndex)>) -> Option<Self> {
         let mut probes = Self {
             truth: truth.clone(),

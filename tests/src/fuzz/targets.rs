@@ -266,7 +266,7 @@ fn manifest_reader() -> impl Fn(&[u8]) -> Result<(), String> {
     }
 }
 
-/// The same bytes with the hash of the rest where a manifest holds its own.
+/// A manifest's bytes with its own hash made to match them, where it holds one.
 fn resealed(manifest: &[u8]) -> Vec<u8> {
     let key = b"\"sha256\": \"";
     let own = manifest.windows(key.len()).position(|bytes| bytes == key);

@@ -11,11 +11,11 @@ use values::Shape;
 #[serde(rename_all = "snake_case")]
 pub enum Case {
     Steady,
-    /// Friction ±12 %, launch −5 %, heading ±1.5°.
+    /// The table changes once: friction ±12 %, launch −5 %, heading ±1.5°.
     Noon,
-    /// As at noon, and the second strike after it is bad: friction twice as great, that once.
+    /// A change at noon, and the second strike after it is bad: friction twice as great, that once.
     NoonBad,
-    /// Nothing, and the first strike is bad.
+    /// No change of the table, and the first strike is bad.
     SteadyBad,
     /// Friction walks by 0.6 % a strike, while the version learns and after.
     Wander,

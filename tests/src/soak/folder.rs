@@ -34,11 +34,11 @@ pub struct Folder {
 
 #[derive(Clone, Debug)]
 pub struct Ended {
-    /// Its exit code; −1 where it was killed.
+    /// Exit code of the program; −1 where it was killed.
     pub code: i32,
     pub json: Value,
     pub steps: u64,
-    /// Its peak memory, in bytes.
+    /// Peak memory of the program, in bytes.
     pub memory: u64,
     pub took: Duration,
     pub printed: String,
@@ -170,7 +170,7 @@ impl Folder {
         Ok(version > before && newest.version == version)
     }
 
-    /// That the tables hold every strike of every log, once; gives their number.
+    /// Checks that the tables hold every strike of every log, once; gives their number.
     pub fn holds_every_strike(&self) -> anyhow::Result<usize> {
         let expected: usize = self.expected.values().sum();
         let strikes = tables::read_strikes(&self.run())?;

@@ -2,9 +2,9 @@
 
 use values::{Command, Conditions, Point};
 
-/// In m, far below what any camera sees and well above the rounding of a position.
+/// Distance, in m, at which [`unobserve`] ends: far below what any camera sees and well above the rounding of a position.
 const UNOBSERVE_TOLERANCE: f64 = 1e-13;
-/// Enough for the most distorted lens of the library, each step of which takes away a third of the error.
+/// Greatest number of steps of [`unobserve`]: enough for the most distorted lens of the library, each step of which takes away a third of the error.
 const UNOBSERVE_STEPS: u32 = 100;
 
 /// The object while it slides.
@@ -36,9 +36,9 @@ pub enum Acts {
     Camera,
 }
 
-/// What an effect does; each place does nothing unless the effect says otherwise.
+/// What an effect does to a strike; each method does nothing unless the effect says otherwise.
 pub trait Effect: Send + Sync {
-    /// Where it acts; everywhere else it does nothing.
+    /// The place where the effect acts; everywhere else it does nothing.
     fn acts(&self) -> Acts;
 
     /// The command that the arm delivers in place of the one it was given, to an object that lies at `from` (m).
@@ -76,12 +76,12 @@ pub trait Effect: Send + Sync {
         Point::default()
     }
 
-    /// By how much (rad) an object is seen turned that is not.
+    /// Angle (rad) by which the camera sees every object turned.
     fn seen_turn(&self) -> f64 {
         0.0
     }
 
-    /// Where the camera sees an object that is at `point`, in m.
+    /// Position (m) at which the camera sees an object that is at `point` (m).
     fn observe(&self, point: Point) -> Point {
         point
     }
@@ -107,7 +107,7 @@ pub fn observe(effects: &[Box<dyn Effect>], point: Point) -> Point {
         .fold(point, |seen, effect| effect.observe(seen))
 }
 
-/// Where an object is that the camera sees at `seen` (m): a fixed point, for the measurement changes little.
+/// Position (m) of an object that the camera sees at `seen` (m): a fixed point, for the measurement changes little.
 pub fn unobserve(effects: &[Box<dyn Effect>], seen: Point) -> Point {
     let mut point = seen;
     for _ in 0..UNOBSERVE_STEPS {

@@ -77,7 +77,7 @@ const USUAL_HEIGHT: f64 = 1.0;
 struct CameraLean {
     centre: Point,
     lean: Point,
-    /// What S adds to a length along the lean, over |l|².
+    /// Factor by which S changes a length along the lean, less one, over |l|².
     shorter: f64,
 }
 

@@ -42,7 +42,7 @@ const fn edge(name: &'static str, neutral: f64) -> EffectParameter {
 
 #[derive(Clone, Copy)]
 pub(super) struct Nodes {
-    /// How many at the most.
+    /// Greatest number of nodes.
     pub(super) count: usize,
     /// A height: its unit and range, and as its scale the standard deviation before anything is measured; its name is not used.
     pub(super) height: EffectParameter,
@@ -66,7 +66,7 @@ impl Nodes {
         all
     }
 
-    /// How many along x and y of a field between these.
+    /// Number of nodes along x and y of a field between these.
     fn along(self, [low_x, high_x, low_y, high_y]: [f64; 4]) -> (usize, usize) {
         let (x, y) = (
             (high_x - low_x).max(LEAST_SPACING),
@@ -152,7 +152,7 @@ impl Field {
         (0..self.heights.len()).map(|node| self.place(node))
     }
 
-    /// Value, and its slope along x and y for each metre.
+    /// Value of the field, and its slope along x and y per metre.
     pub(super) fn at(&self, position: Point) -> (f64, Point) {
         let at = position - self.corner;
         // Of each node along one direction, the bump and its derivative.

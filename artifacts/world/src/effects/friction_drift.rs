@@ -8,7 +8,7 @@ use super::{
     Origin, Parameters, Slide, Values, wording,
 };
 
-/// However long a falling drift goes on, this share of friction is left.
+/// Least factor on friction: however long a falling drift goes on, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;
 
 /// A saturation per 100 strikes that is worth a word: below, the drift has hardly bent after 500 strikes.
@@ -68,7 +68,7 @@ impl Drift {
         }
     }
 
-    /// n' of so many strikes before.
+    /// n' after n strikes (`before`).
     pub fn gone_on(&self, before: f64) -> f64 {
         if self.saturation > 0.0 {
             -(-(self.saturation * before).powf(self.shape)).exp_m1() / self.saturation
@@ -77,12 +77,12 @@ impl Drift {
         }
     }
 
-    /// Factor of what drifts, after so many strikes.
+    /// Factor on what drifts, after `before` strikes.
     pub(super) fn factor(&self, before: f64) -> f64 {
         1.0 + self.rate * self.gone_on(before)
     }
 
-    /// In words, from the first value of what drifts.
+    /// The drift in words, from the first value of what drifts.
     pub(super) fn statement(&self, of: &str) -> String {
         let goes = if self.rate < 0.0 { "falls" } else { "rises" };
         let is_level = self.saturation > 0.0 && self.shape >= STATED_AS_LEVELS;

@@ -7,7 +7,7 @@ use super::{
     Parameters, Slide, parameters::centre, wording,
 };
 
-/// However far a falling gradient goes on, this share of friction is left.
+/// Least factor on friction: however far a falling gradient goes on, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;
 
 const fn along(name: &'static str) -> EffectParameter {

@@ -19,7 +19,7 @@ const APART: f64 = 0.03;
 const WIDTH: f64 = 0.015;
 /// Widths that hold nearly all of a line.
 const SEEN_WIDTHS: f64 = 4.0;
-/// However slippery the line, this share of friction is left.
+/// Least factor on friction: however slippery the line, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;
 
 /// Friction line; parameters `direction`: of the line's normal, from +x; `offset`: of the line from a point, `center_x` and `center_y`,

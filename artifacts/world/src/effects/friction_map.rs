@@ -23,7 +23,7 @@ const NODES: Nodes = Nodes {
         scale: 0.15,
     },
 };
-/// However deep bumps add up, this share of friction is left.
+/// Least factor on friction: however deep bumps add up, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;
 
 /// Friction map; parameters are those of a field, its heights relative to friction.

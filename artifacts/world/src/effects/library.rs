@@ -46,7 +46,7 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::table_tilt_by_session::SPEC,
 ];
 
-/// Parameters of an effect that are told where another is not known.
+/// Number of valid parameters that an error lists where another is not known.
 const TOLD: usize = 12;
 
 /// Effects of other crates.
@@ -118,12 +118,12 @@ pub fn check(added: &AddedEffect) -> Result<(), WorldError> {
     values(added).map(|_| ())
 }
 
-/// Makes an added effect act.
+/// Builds an added effect.
 pub fn build(added: &AddedEffect, rig: &Rig) -> Result<Box<dyn Effect>, WorldError> {
     Ok((effect(&added.name)?.build)(&values(added)?, rig))
 }
 
-/// Makes it a sentence.
+/// States an added effect's values in a sentence.
 pub fn statement(added: &AddedEffect) -> Result<String, WorldError> {
     Ok((effect(&added.name)?.statement)(&values(added)?))
 }

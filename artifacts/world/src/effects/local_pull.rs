@@ -61,10 +61,10 @@ pub const SPEC: EffectSpec = EffectSpec {
     },
 };
 
-/// Where it is greatest, in reaches: 1/√5.
+/// Distance at which the pull is greatest, in reaches: 1/√5.
 const STEEPEST: f64 = 0.447_213_595_499_957_9;
 
-/// What is left of the pull at a squared distance, in squared reaches.
+/// Factor on the pull at a squared distance, in squared reaches.
 fn falls(square: f64) -> f64 {
     (1.0 + square).powi(-3)
 }

@@ -10,13 +10,13 @@ use values::{Point, Rig};
 /// How the parameters of an effect are named.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parameters {
-    /// These; one left out is neutral.
+    /// The listed parameters; one left out is neutral.
     Listed(&'static [EffectParameter]),
-    /// One of this kind for each session, named as [`values::Conditions::session`]; sessions are draws ([`super::Population`]).
+    /// One parameter of one kind for each session, named as [`values::Conditions::session`]; sessions are draws ([`super::Population`]).
     BySession {
-        /// What each is.
+        /// Unit, range and scale of each parameter.
         parameter: EffectParameter,
-        /// Whether they are relative changes from the sessions' mean, which the world itself holds.
+        /// Whether values are relative changes from the sessions' mean, which the world itself holds.
         is_relative: bool,
     },
 }
@@ -66,7 +66,7 @@ impl EffectParameter {
         }
     }
 
-    /// This parameter, which does nothing, or where a fit starts, at another value.
+    /// This parameter with another neutral value: where the effect does nothing, or a fit starts.
     pub const fn neutral_at(self, neutral: f64) -> Self {
         Self { neutral, ..self }
     }
@@ -84,9 +84,9 @@ pub(super) const fn centre(name: &'static str, neutral: f64) -> EffectParameter 
 
 /// Values of an effect's parameters, by name, in the parameters' units.
 pub struct Values {
-    /// Every one that is listed or given.
+    /// Values of all parameters listed or given, by name.
     pub(super) all: BTreeMap<String, f64>,
-    /// Names of those that the world gives.
+    /// Names of the parameters that the world gives.
     pub(super) given: BTreeSet<String>,
 }
 

@@ -23,7 +23,7 @@ pub(super) struct BySession {
 }
 
 impl BySession {
-    /// As given; a session that is not known has the mean.
+    /// Values as given; a session that is not known has the mean.
     pub(super) fn new(values: &Values) -> Self {
         let (unknown, known) = split(values);
         let mean = mean(known.values().copied());
@@ -33,7 +33,7 @@ impl BySession {
         }
     }
 
-    /// Relative changes, taken from the mean over the sessions.
+    /// Values as relative changes from the mean over the sessions.
     pub(super) fn relative(values: &Values) -> Self {
         let (unknown, known) = split(values);
         Self {
@@ -84,12 +84,12 @@ pub struct Population {
     pub mean: f64,
     /// Standard deviation between sessions, the error of each one's estimate taken off.
     pub scatter: f64,
-    /// Sessions that determine both.
+    /// Number of sessions that both were estimated from.
     pub sessions: u32,
 }
 
 impl Population {
-    /// Of the sessions' estimates; an interval is what its estimate may err by.
+    /// The population that these estimates are drawn from, by session; each one's error is taken from its interval.
     pub fn of(estimates: &BTreeMap<String, Estimate>) -> Self {
         let known = || estimates.iter().filter(|(name, _)| *name != UNKNOWN);
         let count = known().count() as f64;

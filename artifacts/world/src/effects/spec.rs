@@ -14,7 +14,7 @@ pub struct EffectSpec {
     pub name: &'static str,
     /// Its parameters.
     pub parameters: Parameters,
-    /// What it makes depend on what.
+    /// Which quantity the effect makes depend on which.
     pub family: Family,
     /// Which part of the rig it belongs to.
     pub origin: Origin,
@@ -28,9 +28,9 @@ pub struct EffectSpec {
     pub naming: Naming,
     /// The phenomenon, and the formula's source.
     pub source: &'static str,
-    /// Where fits of it begin on these strikes; none where they cannot determine it.
+    /// Starting points of its fits on these strikes; none where they cannot determine it.
     pub starts: fn(&Experiment<'_>) -> Vec<FitStart>,
-    /// Makes it act.
+    /// Builds the effect from its parameters' values.
     pub build: fn(&Values, &Rig) -> Box<dyn Effect>,
     /// One sentence that states fitted values.
     pub statement: fn(&Values) -> String,
@@ -46,14 +46,15 @@ impl EffectSpec {
 /// When a diagnosis names an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Naming {
-    /// Wherever it stands best.
+    /// Wherever it is the best explanation.
     Ordinary,
-    /// Only where nothing simpler is enough.
+    /// Only where no simpler effects explain enough.
     LastResort,
-    /// Only in the place of what was found of its kind, where it stands better than all of that; by itself where tracks leave all that was found.
+    /// Only in the place of what was found of its kind, where it is likelier than all of that; on its own where tracks differ from all that was
+    /// found.
     InPlace,
-    /// Never: what lies on the table and does not belong there. Where it stands better than what would be named in its place, nothing
-    /// is named, and it is stated.
+    /// Never: a foreign body on the table. Where it is likelier than what would be named in its place, nothing is named, and it is stated as the
+    /// cause.
     Never,
 }
 
@@ -70,7 +71,7 @@ pub enum Origin {
     Camera,
 }
 
-/// What an effect makes depend on what: a smooth dependence of that kind holds all that a wrong form of the effect leaves.
+/// Which quantity an effect makes depend on which. A smooth dependence of the same kind holds all that a wrong form of the effect leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Friction, by the number of strikes before or the session.
@@ -99,9 +100,9 @@ pub enum Family {
     LaunchAngleByOrder,
     /// Launch speed and angle, by where the object lies.
     LaunchByPlace,
-    /// What is seen, by place on the table.
+    /// Position seen by the camera, by place on the table.
     SeenByPlace,
-    /// What is seen, by the direction of the slide.
+    /// Position seen by the camera, by the direction of the slide.
     SeenByHeading,
 }
 

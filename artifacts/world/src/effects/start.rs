@@ -10,7 +10,7 @@ use values::{Point, Rig, Strike};
 
 use super::parameters::Parameters;
 
-/// How far a place may lie beyond the strikes, as a share of their extent: one far away is a slope by another name.
+/// Distance that a place may lie beyond the strikes, as a share of their extent: one far away is a slope by another name.
 const BEYOND: f64 = 0.25;
 
 /// The strikes that an effect is looked for in.
@@ -31,7 +31,7 @@ pub struct Column {
     pub strength: (String, f64),
     /// Where it acts on the table, if not everywhere: middle and radius in m.
     pub region: Option<(Point, f64)>,
-    /// Whether it acts all or nothing: its strength stays as it is.
+    /// Whether its strength is held at its value, not scaled by a coefficient.
     pub is_kept: bool,
 }
 
@@ -101,7 +101,7 @@ impl FitStart {
             .collect()
     }
 
-    /// This start, its coefficients made parameters by `combine`.
+    /// This start, with `combine` making parameters of its columns' coefficients.
     pub fn combined_by(mut self, combine: Combine) -> Self {
         self.combine = Some(combine);
         self
@@ -124,12 +124,12 @@ impl FitStart {
         self
     }
 
-    /// Which of its columns act all or nothing.
+    /// For each column, whether its strength is held.
     pub fn is_kept(&self) -> Vec<bool> {
         self.columns.iter().map(|column| column.is_kept).collect()
     }
 
-    /// Names of the columns' strengths, those left out that act all or nothing.
+    /// Names of the columns' strengths, held ones left out.
     pub fn strengths(&self) -> Vec<String> {
         let free = self.columns.iter().filter(|column| !column.is_kept);
         free.map(|column| column.strength.0.clone()).collect()

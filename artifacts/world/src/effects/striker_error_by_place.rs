@@ -10,7 +10,7 @@ use super::{
     Origin, Parameters, parameters::centre, wording,
 };
 
-/// However much of its speed an arm loses, this share is left.
+/// Least share of its speed that an arm delivers.
 const LEAST_FACTOR: f64 = 0.05;
 /// Starts vary along an axis where their standard deviation is beyond so many of the camera's, and beyond how well objects are put down by
 /// hand (m): what is seen of a start errs as what is seen of its way does.
@@ -34,14 +34,15 @@ const fn value(name: &'static str, unit: &'static str, most: f64, scale: f64) ->
     }
 }
 
-/// Of the wave, in rad from crest to crest.
+/// Period of the wave over the bearing, in rad from crest to crest.
 const PERIOD: EffectParameter =
     EffectParameter::new("angle_period", "rad", [0.02, 6.3], 0.2).neutral_at(1.0);
 /// Periods at which a wave is tried, in widths of the bearings that were struck at: a longer one bends no more than the arc does.
 const PERIODS: [f64; 6] = [0.35, 0.5, 0.65, 0.85, 1.1, 1.4];
 
 /// Striker error by place; parameters `speed_x`, `speed_y` = a, `speed_rr`, `speed_rb`, `speed_bb` = A, `angle_x`, `angle_y` = c, `angle_rr`,
-/// `angle_rb`, `angle_bb` = C, `angle_sin`, `angle_cos`, `angle_period` of w, `gain` = γ, `bias` = δ, and `center_x`, `center_y`: the middle of the starts of the strikes that were fitted.
+/// `angle_rb`, `angle_bb` = C, `angle_sin`, `angle_cos`, `angle_period` of w, `gain` = γ, `bias` = δ, and `center_x`, `center_y`: the middle of the
+/// starts of the strikes that were fitted.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "striker_error_by_place",
     parameters: Parameters::Listed(&[

@@ -14,7 +14,7 @@ pub(super) struct Body {
     pub(super) spin: f64,
 }
 
-/// What changes a sliding object, each second.
+/// Rate of change of a sliding object's position (m/s), velocity (m/s²) and spin (rad/s²).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rate {
     pub(super) velocity: Point,
@@ -53,7 +53,7 @@ impl Body {
         }
     }
 
-    /// After a step, by the rates at its beginning, twice in its middle, and at its end (Runge and Kutta).
+    /// The state after a step, by the rates at its beginning, twice in its middle, and at its end (Runge and Kutta).
     #[inline(always)]
     pub(super) fn stepped(&self, [first, second, third, fourth]: [&Rate; 4], step: f64) -> Self {
         let sum = |a: Point, b: Point, c: Point, d: Point| a + (b + c) * 2.0 + d;
@@ -78,7 +78,7 @@ impl Body {
         }
     }
 
-    /// In the middle of a step, by both ends.
+    /// The state in the middle of a step, interpolated from both ends.
     pub(super) fn between(a: &Self, at_a: &Rate, b: &Self, at_b: &Rate, step: f64) -> Self {
         let eighth = step / 8.0;
         Self {
@@ -96,7 +96,7 @@ pub(super) struct Forces<'s> {
     conditions: &'s Conditions,
     /// The table's deceleration before any effect in m/s²: this strike's own friction.
     dry: f64,
-    /// Factor on friction, and force per unit mass in m/s², of what is the same all through it.
+    /// Factor on friction, and force per unit mass in m/s², of effects that are constant during the slide.
     factor: f64,
     force: Point,
     /// Square of the base's arm over that of the radius of gyration.
@@ -157,7 +157,7 @@ impl<'s> Forces<'s> {
         }
     }
 
-    /// What changes it with `share` times its dry friction.
+    /// Rates of a body under `share` times its dry friction.
     #[inline(always)]
     pub(super) fn rubbed(&self, body: &Body, share: f64) -> Rate {
         let planar = self.planar;

@@ -37,7 +37,7 @@ impl Planar<'_> {
         self.slide(input, self.release(input, launch), deviation)
     }
 
-    /// How the object leaves the tip.
+    /// How the object leaves the tip in this strike, interpolated from `launch`.
     pub fn release(&self, input: &StrikeInput<'_>, launch: &Launch) -> Release {
         let delivered =
             effects::deliver(self.effects, input.command, input.initial, input.conditions);
@@ -45,7 +45,7 @@ impl Planar<'_> {
         launch.release(&impact)
     }
 
-    /// What is the same all through one slide: deceleration by dry friction, and force per unit mass, both in m/s².
+    /// Deceleration by dry friction, and force per unit mass, both in m/s², from effects that are constant during a slide.
     pub fn even(&self, conditions: &Conditions) -> (f64, Point) {
         Forces::new(self, conditions, 0.0).even()
     }

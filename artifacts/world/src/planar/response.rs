@@ -25,20 +25,20 @@ const STEPS: (f64, f64, f64, f64) = (1e-5, 1e-5, 1e-3, 1e-4);
 pub struct Response<'r> {
     /// The slide itself.
     pub frames: Frames,
-    /// Where the object is at each frame, not as a camera sees it, and how what is seen follows from that.
+    /// Position of the object at each frame, not as a camera sees it, and the derivative of what is seen.
     places: Vec<Place>,
     conditions: &'r Conditions,
     initial: Point,
     origin: Point,
     release: Release,
-    /// The release as it deviates, and what moved along before it.
+    /// The object as it leaves the tip, deviation included.
     released: Body,
     /// Shares of the way to the release, squared, at the frames before it.
     before: Vec<f64>,
     /// At the beginning of the first step, then in the middle and at the end of each.
     nodes: Vec<Node>,
     steps: Vec<Step>,
-    /// Of the frames within steps, how much of each end's place and velocity is in theirs.
+    /// Cubic weights of the frames within steps, on the position and velocity at both ends of the step.
     weights: Vec<[f64; 4]>,
     /// Times into the last stretch, which ends at rest, and how long that takes.
     last: Vec<f64>,
@@ -57,9 +57,9 @@ pub struct Node {
     rate: Rate,
     /// Deceleration by dry friction, of all effects, in m/s².
     dry: f64,
-    /// By the logarithm of friction.
+    /// Derivative of the rates by the logarithm of friction.
     by_friction: Rate,
-    /// Of its acceleration along x and y and of its turning, by position, velocity and spin.
+    /// Derivatives of the acceleration along x and y and of the turning by position, velocity and spin.
     by: [[f64; 5]; 3],
 }
 
@@ -69,16 +69,16 @@ struct Step {
     end: usize,
 }
 
-/// What differs as the tip lets go.
+/// A small change of the state in which the object leaves the tip.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StartChange {
     /// Where the object lay, in m.
     pub origin: Point,
-    /// From there to where the tip lets go, in m.
+    /// Displacement from `origin` to where the tip lets go, in m.
     pub position: Point,
-    /// In m/s.
+    /// Change of velocity, in m/s.
     pub velocity: Point,
-    /// In rad/s.
+    /// Change of spin, in rad/s.
     pub spin: f64,
 }
 
@@ -175,7 +175,7 @@ impl Planar<'_> {
     }
 }
 
-/// How far of its velocity an object goes within so much of its last stretch, which is `left` long, and how that changes with its length.
+/// Distance that an object goes at unit velocity within `into` s of its last stretch, which takes `left` s to rest, and its derivative by `left`.
 fn way(into: f64, left: f64) -> (f64, f64) {
     let share = into / left.max(1e-12);
     (into * (1.0 - 0.5 * share), 0.5 * share * share)
@@ -225,12 +225,12 @@ impl Node {
         }
     }
 
-    /// What friction adds that is greater by as much again.
+    /// Change of the rates by the logarithm of friction.
     pub fn friction(&self) -> Rate {
         self.by_friction
     }
 
-    /// What a push adds: acceleration in m/s² by position and velocity.
+    /// Change of the rates by a push: its acceleration in m/s² by position and velocity.
     pub fn push(&self, push: &dyn Fn(Point, Point) -> Point) -> Rate {
         Rate {
             acceleration: push(self.body.position, self.body.velocity),
@@ -250,7 +250,7 @@ impl Node {
 }
 
 impl Response<'_> {
-    /// A change of the logarithm of the speed at which the tip lets go.
+    /// Change of the start by the logarithm of the launch speed.
     pub fn faster(&self) -> StartChange {
         StartChange {
             velocity: self.released.velocity,
@@ -259,7 +259,7 @@ impl Response<'_> {
         }
     }
 
-    /// Of its angle.
+    /// Change of the start by the launch angle, in rad.
     pub fn turned(&self) -> StartChange {
         let left = |p: Point| Point::new(-p.y, p.x);
         StartChange {
@@ -269,7 +269,7 @@ impl Response<'_> {
         }
     }
 
-    /// Of the spin, in rad/s.
+    /// Change of the start by the spin, in rad/s.
     pub fn spun(&self) -> StartChange {
         StartChange {
             spin: 1.0,
@@ -277,7 +277,7 @@ impl Response<'_> {
         }
     }
 
-    /// What another effect adds to the rates.
+    /// Change of the rates by one more effect.
     pub fn effect(&self, node: &Node, effect: &dyn Effect) -> Rate {
         let slide = node.slide(self.conditions);
         let mut rate = node.by_friction * (effect.friction_factor(&slide) - 1.0);

@@ -25,14 +25,14 @@ pub(super) struct Sliding<'s> {
     times: &'s [f64],
     to_rest: bool,
     delay: f64,
-    /// Longest way of a step in m, where effects are as smooth as that.
+    /// Longest step, in m, over which effects are smooth.
     longest: f64,
     pub(super) body: Body,
     /// Seconds since touch.
     pub(super) t: f64,
     pub(super) frame: usize,
     seen: Frames,
-    /// At its present place, and the step that is taken from there.
+    /// Rates at the present place, and the step taken from there, in s.
     pub(super) rate: Rate,
     pub(super) step: f64,
     pub(super) phase: Phase,
@@ -99,14 +99,14 @@ impl<'s> Sliding<'s> {
         object
     }
 
-    /// In steps no longer than this, in m.
+    /// Limits steps to `longest` (m).
     pub(super) fn within(&mut self, longest: f64) {
         self.longest = longest;
         let speed = self.body.velocity.norm();
         self.step = self.step.min(longest / speed);
     }
 
-    /// Seconds to rest, braked as now.
+    /// Time to rest, in s, at the present deceleration.
     #[inline(always)]
     pub(super) fn left(&self) -> f64 {
         let velocity = self.body.velocity;
@@ -119,7 +119,7 @@ impl<'s> Sliding<'s> {
         }
     }
 
-    /// How far to go next, or that it ends here.
+    /// Chooses the next step, or ends the slide.
     #[inline(always)]
     fn decide(&mut self) {
         let Body {
@@ -190,7 +190,7 @@ impl<'s> Sliding<'s> {
         self.go(&second, &third, &fourth);
     }
 
-    /// To rest; `None` where it does not.
+    /// Integrates to rest; `None` where the object does not come to rest.
     pub(super) fn followed(mut self) -> Option<Frames> {
         while self.phase == Phase::Slides {
             self.step_on();
@@ -210,8 +210,8 @@ fn hermite(a: &Body, b: &Body, s: f64, step: f64) -> (Point, Point) {
     (at, a.velocity * (1.0 - s) + b.velocity * s)
 }
 
-/// Of a cubic through both ends of a step, with their velocities: how much of each place, and of each velocity times the step, is in its place
-/// after a share `s` of it.
+/// Weights of the cubic through both ends of a step: how much of each position, and of each velocity times the step, is in the position after a share
+/// `s` of it.
 pub(super) fn weights(s: f64) -> [f64; 4] {
     let (s2, s3) = (s * s, s * s * s);
     [

@@ -18,7 +18,7 @@ pub struct Planar<'a> {
     /// Square of the radius of gyration, in m².
     pub gyration: f64,
     pub(super) effects: &'a [Box<dyn Effect>],
-    /// Those of them that act on friction or force, the same all through a slide or not, and on what is seen.
+    /// The effects that are constant during a slide, those that vary over it, and those on what a camera sees.
     pub(super) even: Vec<&'a dyn Effect>,
     pub(super) varying: Vec<&'a dyn Effect>,
     pub(super) seen: Vec<&'a dyn Effect>,

@@ -26,55 +26,57 @@ const JUMPS: [([bool; 3], f64); 7] = [
 ];
 /// Chance that the table jumps between two strikes of a session.
 const JUMP_NOW: f64 = 0.004;
-/// Of χ² with three degrees of freedom one in a thousand is greater.
+/// Squared distance from the version's own table beyond which a shift is not believed: of χ² with three degrees of freedom one in a thousand is
+/// greater.
 const BELIEF: f64 = 16.27;
-/// One strike may be bad: so many at the least say that a table has changed.
+/// Least number of strikes that say that a table has changed: a single one may be bad.
 const LEAST_STRIKES: usize = 2;
-/// So many strikes at the least that no step of the table explains, and chance gives as many less often than this.
+/// Least number of bad strikes and jumps, by the hypotheses' mean, from which they are reported as too many, and the probability of as many by chance
+/// below which they are.
 const LEAST_ODD: f64 = 3.0;
 const ODD_BY_CHANCE: f64 = 1e-4;
-/// All strikes of a session may be bad, but not where chance makes them so less often than this.
+/// Probability below which it is no chance that every strike of a session is bad.
 const ALL_ODD_BY_CHANCE: f64 = 1e-3;
 
-/// What is known of the table now.
+/// The belief about a table's present shift: a mixture of Kalman filters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Filter {
     varies: Varies,
     hypotheses: Vec<Hypothesis>,
-    /// Before the session's first strike, if nothing jumped.
+    /// The hypotheses before the session's first strike, had nothing jumped.
     as_it_was: Vec<Hypothesis>,
     strikes: usize,
-    /// Of these, those since the session began.
+    /// Strikes since the session began.
     in_session: usize,
 }
 
-/// One history. The weights of all sum to one.
+/// One history of the table, with the shift's mean and covariance under it. The weights of all hypotheses sum to one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Hypothesis {
     log_weight: f64,
     mean: [f64; 3],
     covariance: Rows,
-    /// Strikes that are bad in it, and those before which the table jumped.
+    /// Strikes that count as bad in this history, or before which the table jumped.
     odd: usize,
-    /// Strikes of the session that are not bad in it.
+    /// Strikes of the session that do not count as bad in this history.
     good: usize,
 }
 
 /// The table is farther from the version's own than the version believes possible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableChanged {
-    /// Where it seems to be.
+    /// Estimated shift of the table.
     pub shift: Shift,
-    /// Strikes that say so.
+    /// Number of recent strikes that the estimate stands on.
     pub strikes: usize,
-    /// Of these, those that fit neither the strikes before nor the table's usual steps, where these are too many.
+    /// Number of strikes that fit neither the strikes before nor the table's usual steps; none where these are not too many.
     pub odd: Option<usize>,
 }
 
 impl Filter {
-    /// Before any recent strike.
+    /// The belief before any recent strike, on the version's own table.
     pub fn new(varies: &Varies) -> Self {
         let hypotheses = vec![Hypothesis {
             log_weight: 0.0,
@@ -92,15 +94,15 @@ impl Filter {
         }
     }
 
-    /// Before the first strike of a new session, if the table is as it was.
+    /// The belief before the first strike of a new session in which nothing jumped.
     pub fn as_usual(varies: &Varies) -> Self {
         let mut filter = Self::new(varies);
         filter.begin_session();
         filter.if_as_it_was()
     }
 
-    /// What is known of a session of which no strike shows anything, if the table is as it was: nothing jumped, and sessions differ as they
-    /// were seen to. One session shows no difference.
+    /// The belief about the session if nothing jumped and sessions differ as they were seen to; for use while no strike of it shows the table. One
+    /// session shows no difference.
     pub fn if_as_it_was(&self) -> Self {
         Self {
             hypotheses: self.as_it_was.clone(),
@@ -114,17 +116,17 @@ impl Filter {
         good.sum::<f64>() >= 0.5
     }
 
-    /// How the table varies.
+    /// The version's statistics of how a table varies.
     pub fn varies(&self) -> &Varies {
         &self.varies
     }
 
-    /// Strikes that it followed.
+    /// Number of strikes followed.
     pub fn strikes(&self) -> usize {
         self.strikes
     }
 
-    /// A session begins: a new day, object or set-up. Nothing is seen of it yet.
+    /// Begins a session: a new day, object or set-up, of which nothing is seen yet.
     pub fn begin_session(&mut self) {
         let between = &self.varies.between;
         let usual = variances(between.next());
@@ -153,7 +155,7 @@ impl Filter {
         self.in_session = 0;
     }
 
-    /// After one more strike; `gap` strikes after the one before.
+    /// The belief after one more strike, `gap` strikes after the one before.
     pub fn after(&self, observation: &Observation, gap: f64) -> Self {
         let wander = self.varies.wander_after(gap);
         let scatter = matrix(self.varies.scatter);
@@ -179,8 +181,8 @@ impl Filter {
         }
     }
 
-    /// The weighted mean of what is believed possible: what to plan with. A strike that only a table beyond belief explains is taken for a
-    /// bad one until another says the same, which [`Filter::check`] then tells.
+    /// The weighted mean shift of the hypotheses that the version believes possible: what to plan with. A strike that only an impossible table
+    /// explains counts as bad until another says the same, which [`Filter::check`] then tells.
     pub fn mean(&self) -> Shift {
         shift(&mean_of(&self.believed()))
     }
@@ -191,8 +193,8 @@ impl Filter {
         std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt())
     }
 
-    /// Mean square of what the next strike misses by as a share of its path's length, for the table is not known better; by what ln
-    /// distance and bearing change by with the shift ([`crate::Observer::stop_slopes`]).
+    /// Mean square of the next strike's expected miss from not knowing the table better, as a share of its path's length; `stop_slopes`: by what ln
+    /// distance and bearing change with the shift ([`crate::Observer::stop_slopes`]).
     pub fn share_by_shift(&self, stop_slopes: &[[f64; 3]; 2]) -> f64 {
         let covariance = self.covariance() + self.varies.wander_after(1.0);
         let by_shift = stop_slopes.iter().map(|slopes| {
@@ -202,8 +204,7 @@ impl Filter {
         by_shift.sum::<f64>().max(0.0)
     }
 
-    /// Whether the table is farther from the version's own than that believes possible, or more strikes than it believes possible fit
-    /// nothing.
+    /// Checks whether the table is farther from the version's own than that believes possible, or more strikes than it believes possible fit nothing.
     ///
     /// # Errors
     /// Where it is.
@@ -229,12 +230,12 @@ impl Filter {
         Ok(())
     }
 
-    /// Covariance of where the version believes a table possible, about its own.
+    /// Covariance of the shifts that the version believes possible, about its own table.
     fn belief(&self) -> Matrix {
         matrix(self.varies.certainty) + variances(self.varies.between.next()) + variances(JUMP)
     }
 
-    /// The hypotheses that lie within belief and their weights; all, where none does.
+    /// The hypotheses whose shift is believed possible, with their weights; all, where none is.
     fn believed(&self) -> Vec<(&Hypothesis, f64)> {
         let belief = self.belief();
         let within = self.weighted(|h| distance_squared(&h.vector(), &belief) <= BELIEF);
@@ -245,7 +246,7 @@ impl Filter {
         }
     }
 
-    /// Those hypotheses, and weights that sum to one.
+    /// The hypotheses for which `is_one` holds, their weights scaled to sum to one.
     fn weighted(&self, is_one: impl Fn(&Hypothesis) -> bool) -> Vec<(&Hypothesis, f64)> {
         let chosen = self.hypotheses.iter().filter(|h| is_one(h));
         let mut chosen: Vec<(&Hypothesis, f64)> = chosen.map(|h| (h, h.weight())).collect();
@@ -256,7 +257,7 @@ impl Filter {
         chosen
     }
 
-    /// Within the hypotheses that are believed and between them.
+    /// Covariance of the shift over the hypotheses believed possible, within and between them.
     fn covariance(&self) -> Matrix {
         let believed = self.believed();
         let mean = mean_of(&believed);
@@ -287,7 +288,7 @@ impl Hypothesis {
         Vector::from(self.mean)
     }
 
-    /// This state, less likely by a factor (its logarithm) and less certain by these variances.
+    /// This hypothesis with its logarithm of weight raised by `log_chance` and its covariance by `by`.
     fn spread(&self, log_chance: f64, by: &Matrix) -> Self {
         Self {
             log_weight: self.log_weight + log_chance,
@@ -305,7 +306,7 @@ impl Hypothesis {
         }
     }
 
-    /// After an innovation; none where the numbers do not allow one.
+    /// This hypothesis after a Kalman update; none where the numbers do not allow one.
     fn updated(&self, away: &Vector, slopes: &Matrix, scatter: &Matrix) -> Option<Self> {
         let covariance = matrix(self.covariance);
         let innovation = slopes * covariance * slopes.transpose() + scatter;
@@ -325,7 +326,7 @@ impl Hypothesis {
     }
 }
 
-/// Chance of so many events or more (the whole part counts) where this many are expected: Poisson's.
+/// Probability of `count` events or more (its whole part counts) where `expected` are expected (Poisson).
 fn by_chance(count: f64, expected: f64) -> f64 {
     let mut chance = (-expected).exp();
     let mut fewer = 0.0;

@@ -1,4 +1,4 @@
-//! A table that changes: what recent strikes say of its friction, its launch and its heading, beside the version's own.
+//! Adaptation to a table that changes: what recent strikes say of its friction, its launch and its heading, beside the version's own.
 //!
 //! [`Observer`] compares a strike with a model; [`Varies`] holds how much a table varies, and [`Filter`] follows it.
 

@@ -21,28 +21,28 @@ type Shown = [f64; 3];
 pub struct Observation {
     /// The shift of the table that the model was compared at.
     pub about: Shift,
-    /// Shown less predicted: ln launch speed, ln distance, bearing in rad.
+    /// Observed less predicted: ln launch speed, ln distance, bearing in rad.
     pub away: [f64; 3],
-    /// What each of them changes by with ln friction, ln gain and heading; a row each.
+    /// Derivatives of each of them by ln friction, ln gain and heading; a row each.
     pub slopes: Rows,
 }
 
 impl Observation {
-    /// Shown less predicted at another shift, by the slopes.
+    /// Observed less predicted at another shift, by the slopes.
     pub(super) fn away_at(&self, shift: &Vector) -> Vector {
         let by = shift - Vector::from(self.about.values());
         Vector::from(self.away) - matrix(self.slopes) * by
     }
 }
 
-/// A model on tables that differ a little: here, and a step before and after in each direction.
+/// A model's simulator at one shift of the table, and a step before and after it in each of its directions.
 pub struct Observer {
     here: Simulator,
     beside: [[Simulator; 2]; 3],
 }
 
 impl Observer {
-    /// Of a model's world, about the shift that it has.
+    /// An observer of a model's world, about the shift that it has.
     pub fn about(here: &Simulator) -> Self {
         let beside = std::array::from_fn(|i| {
             [-1.0, 1.0].map(|sign| {
@@ -57,8 +57,8 @@ impl Observer {
         }
     }
 
-    /// A strike beside the model, in a session that it does not know. `sent` is the command that the model's world takes for what was
-    /// sent. None where the track shows no free slide, or the model cannot simulate it.
+    /// Compares a strike with the model, as in a session that it does not know. `sent` is the command that the model's world takes for what was sent.
+    /// None where the track shows no free slide, or the model cannot simulate it.
     pub fn observe(&self, strike: &Strike, sent: Command) -> Option<Observation> {
         if strike.is_pushed_again() || strike.track.len() < LEAST_FRAMES {
             return None;
@@ -84,8 +84,8 @@ impl Observer {
         })
     }
 
-    /// What ln distance and bearing (rad) of a strike at `from` (m) change by with ln friction, ln gain and heading. None where the
-    /// model cannot simulate it.
+    /// Derivatives of ln distance and bearing (rad) of a strike at `from` (m) by ln friction, ln gain and heading. None where the model cannot
+    /// simulate it.
     pub fn stop_slopes(
         &self,
         from: Point,
@@ -116,7 +116,7 @@ impl Observer {
     }
 }
 
-/// These conditions in a session that no world knows.
+/// The conditions with a session that no world knows.
 fn unknown(conditions: &Conditions) -> Conditions {
     Conditions {
         session: effects::UNKNOWN.into(),

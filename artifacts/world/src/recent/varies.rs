@@ -7,8 +7,8 @@ use crate::{Observation, Shift, World};
 
 /// Standard deviations of a jump of ln friction, ln gain and heading (rad): another surface, tip or mounting.
 pub(super) const JUMP: [f64; 3] = [0.12, 0.06, 0.03];
-/// Standard deviations from session to session where nothing jumps, and for how many sessions' worth of evidence they are taken. With one, of six
-/// sessions that differ as much a test for changes at 0.03 % fired in 0.16 %; with four in 0.01 %.
+/// Prior standard deviations from session to session where nothing jumps, and the number of sessions' worth of evidence that they count for. With
+/// one, of six sessions that differ as much a test for changes at 0.03 % fired in 0.16 %; with four in 0.01 %.
 const STEADY: [f64; 3] = [0.004, 0.002, 0.0015];
 const STEADY_SESSIONS: f64 = 4.0;
 /// Chance that something jumps between two sessions where one only was seen; k sessions show it k times less, down to the least.
@@ -17,11 +17,11 @@ const JUMP_CHANCE: [f64; 2] = [0.20, 0.06];
 /// less, for what they differ by is then known. On a linear table this costs one that is as it was 0.01 × the scatter of repeats after any
 /// number of strikes (0.02 with a half); one that differs as above is followed to 0.06 with either.
 const SAME_CHANCE: f64 = 0.8;
-/// What the world's own scatter counts for, in strikes.
+/// Weight of the world's own scatter as a prior, in strikes.
 const PRIOR_STRIKES: f64 = 3.0;
 /// Least scatter of ln launch speed, ln distance and bearing (rad): no camera and no arm repeats better.
 const LEAST_SCATTER: [f64; 3] = [2e-3, 2e-3, 1e-3];
-/// Beyond this squared distance a strike's weight falls: of χ² with three degrees of freedom one in a hundred is greater.
+/// Squared distance beyond which a strike's weight falls: of χ² with three degrees of freedom one in a hundred is greater.
 const OUTLYING: f64 = 11.0;
 /// Passes of estimating scatter and sessions by turns.
 const PASSES: usize = 6;
@@ -29,21 +29,22 @@ const PASSES: usize = 6;
 const WANDERS: [f64; 12] = [
     0.0, 0.001, 0.0014, 0.002, 0.0028, 0.004, 0.0057, 0.008, 0.0113, 0.016, 0.0226, 0.032,
 ];
-/// Chance that a strike is bad (mislabelled, bumped, not free), where none says: it says nothing. Counts for so many strikes.
+/// Prior chance that a strike is bad (mislabelled, bumped, not free), so that it says nothing of the table, and the number of strikes that the prior
+/// counts for.
 const BAD: f64 = 0.02;
 const BAD_STRIKES: f64 = 50.0;
-/// Of strikes that are bad more often nothing is learnt.
+/// Share of bad strikes above which nothing is learnt from them.
 const MOST_BAD: f64 = 0.5;
 /// Standard deviations of what a bad strike shows: so wide that one which a usual jump explains is hardly taken for bad.
 const BAD_SHOWN: [f64; 3] = [0.3, 0.5, 0.3];
-/// Wander is claimed where it makes the strikes so many nats more likely.
+/// Gain in log-likelihood (nats) from which a wander is claimed.
 const CLAIMED: f64 = 3.0;
 /// Fewer strikes than these in a row show no wander.
 const LEAST_IN_A_ROW: usize = 12;
-/// A table is said to have changed between two strikes where that makes all of them so many nats likelier, wherever it is looked for: chance
-/// does so for less than one in ten thousand rows of a hundred strikes.
+/// Gain in log-likelihood (nats) from which a table is said to have changed between two strikes, wherever it is looked for: chance reaches it in less
+/// than one in ten thousand rows of a hundred strikes.
 const CLAIMED_STEP: f64 = 16.0;
-/// So many strikes at the least on each side of a change.
+/// Least number of strikes on each side of a change.
 const LEAST_BESIDE: usize = 5;
 /// Fewer strikes than these show no session's own value.
 const LEAST_IN_A_SESSION: usize = 3;
@@ -53,11 +54,11 @@ const LEAST_IN_A_SESSION: usize = 3;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Varies {
-    /// Strikes that this stands on; 0 for what is assumed of every table.
+    /// Number of strikes that this was estimated from; 0 for what is assumed of every table.
     pub strikes: usize,
-    /// Covariance of what a strike shows, the table being the same: row by row.
+    /// Covariance of what strikes show on an unchanged table: row by row.
     pub scatter: Rows,
-    /// By how much strikes launch faster (ln) than the model says, though they stop where it says.
+    /// Excess of the launch speed (ln) over the model's, though strikes stop where the model says.
     pub launch_bias: f64,
     /// Chance that a strike is bad: what it shows says nothing of the table.
     #[serde(default = "usually_bad")]
@@ -66,7 +67,7 @@ pub struct Varies {
     pub wander: [f64; 3],
     /// Covariance of the model's own error, from the strikes that it learnt from: row by row.
     pub certainty: Rows,
-    /// From session to session.
+    /// Differences from session to session.
     pub between: BetweenSessions,
 }
 
@@ -74,11 +75,11 @@ pub struct Varies {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BetweenSessions {
-    /// Sessions that this stands on.
+    /// Number of sessions that this was estimated from.
     pub sessions: usize,
     /// Standard deviations of ln friction, ln gain and heading (rad) between sessions.
     pub deviations: [f64; 3],
-    /// Chance that something jumps beyond that.
+    /// Chance that friction, gain or heading jumps beyond these deviations between two sessions.
     pub jump_chance: f64,
 }
 
@@ -89,7 +90,7 @@ impl BetweenSessions {
         self.deviations.map(|sd| sd * factor)
     }
 
-    /// Degrees of freedom of these deviations.
+    /// Degrees of freedom of [`Self::deviations`].
     pub fn freedom(&self) -> f64 {
         STEADY_SESSIONS + self.sessions.max(1) as f64 - 1.0
     }
@@ -103,9 +104,9 @@ impl BetweenSessions {
 /// A mean square and its degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeanSquare {
-    /// One, where strikes scatter as the version's own.
+    /// Mean square in units of the version's scatter: one where strikes scatter alike.
     pub mean_square: f64,
-    /// Its degrees of freedom.
+    /// Degrees of freedom of the mean square.
     pub freedom: f64,
 }
 
@@ -114,7 +115,7 @@ pub struct MeanSquare {
 pub struct Session(pub Vec<(f64, Observation)>);
 
 impl Varies {
-    /// What is assumed of a world's table where no strike says: the world's own scatter, and its effects' differences by session.
+    /// Assumed for a world's table where no strike says: the world's own scatter, and its effects' differences by session.
     pub fn assumed(world: &World) -> Self {
         let population = |effect: &str| world.sessions.get(effect);
         let of_effect = |effect: &str, steady: f64| {
@@ -141,7 +142,7 @@ impl Varies {
         }
     }
 
-    /// As a version's own strikes show it beside a model that knows none of their sessions.
+    /// Estimated from a version's own strikes, beside a model that knows none of their sessions.
     pub fn of(world: &World, sessions: &[Session]) -> Self {
         let assumed = Self::assumed(world);
         let all = || sessions.iter().flat_map(|session| &session.0);
@@ -171,12 +172,12 @@ impl Varies {
         varies
     }
 
-    /// Root mean square of what strikes stop beside each other, the table being the same, as a share of the path's length.
+    /// Root mean square scatter of stops on an unchanged table, as a share of the path's length.
     pub fn stop_scatter(&self) -> f64 {
         (self.scatter[1][1] + self.scatter[2][2]).sqrt()
     }
 
-    /// Whether every number is finite and every covariance is one; else why not.
+    /// Checks that every number is finite and every covariance is one; else why not.
     ///
     /// # Errors
     /// What is wrong.
@@ -201,7 +202,7 @@ impl Varies {
         }
     }
 
-    /// What one strike alone says of the table's shift; none where it says nothing of some direction.
+    /// The shift of the table that one strike alone shows; none where it does not determine all directions.
     pub fn shown_by(&self, seen: &Observation) -> Option<[f64; 3]> {
         let away = self.unbiased(seen.away_at(&Vector::zeros()));
         let shift: [f64; 3] = (matrix(seen.slopes).try_inverse()? * away).into();
@@ -237,7 +238,7 @@ impl Varies {
         (0.5 * (whole - least) > CLAIMED_STEP).then_some(place)
     }
 
-    /// How strikes scatter about their own shift, in units of the version's scatter. One that is bad counts for no more than one that is just
+    /// Scatter of a session's strikes about their own shift, in units of the version's scatter. A bad strike counts for no more than one that is just
     /// outlying: many are needed to make a session look bad.
     pub fn scatter_of(&self, session: &Session) -> Option<MeanSquare> {
         let (shift, _) = self.fit(session)?;
@@ -253,7 +254,8 @@ impl Varies {
         })
     }
 
-    /// How the table varies once the model's own values moved to where strikes since a change have them, known as surely as these say.
+    /// These statistics after the model's own values were moved to where strikes since a change have them; `certainty`: covariance of the moved
+    /// values.
     pub fn moved(&self, certainty: [[f64; 3]; 3]) -> Self {
         Self {
             certainty,
@@ -271,7 +273,7 @@ impl Varies {
         self.bad.ln() + log_density(away, &variances(BAD_SHOWN))
     }
 
-    /// An innovation without what strikes always launch faster by.
+    /// An innovation with the launch bias taken off.
     pub(super) fn unbiased(&self, away: Vector) -> Vector {
         away - Vector::new(self.launch_bias, 0.0, 0.0)
     }
@@ -346,7 +348,7 @@ impl Varies {
         self.unbiased(seen.away_at(&Vector::zeros())) - matrix(seen.slopes) * own
     }
 
-    /// Wander, if it makes the strikes likelier beyond chance: scatter is then what neighbours differ by beyond one step of it.
+    /// Estimates the wander, if it makes the strikes likelier beyond chance; the scatter is then what neighbours differ by beyond one step of it.
     fn find_wander(&mut self, sessions: &[Session], prior: &Matrix) {
         let longest = sessions.iter().map(|session| session.0.len()).max();
         if longest.unwrap_or(0) < LEAST_IN_A_ROW {
@@ -428,7 +430,7 @@ impl Varies {
         sum
     }
 
-    /// What all strikes together leave open of the model's own values, and where these may have walked meanwhile.
+    /// Covariance of the model's own values from all strikes together, with the variance that the table may have walked by meanwhile.
     fn own_certainty(&self, own: &[Option<(Vector, Matrix)>], sessions: &[Session]) -> Matrix {
         let informations = own
             .iter()
@@ -525,12 +527,12 @@ fn weight(left: &Vector, scatter: &Matrix) -> f64 {
     (OUTLYING / distance_squared(left, scatter).max(1e-12)).min(1.0)
 }
 
-/// Exactly, whatever rounding did.
+/// The covariance made exactly symmetric.
 fn symmetric(covariance: &Matrix) -> Matrix {
     (covariance + covariance.transpose()) * 0.5
 }
 
-/// With no variance below what any camera and arm leave.
+/// A covariance whose variances are at least those that any camera and arm leave.
 fn at_least(mut scatter: Matrix) -> Matrix {
     for (i, least) in LEAST_SCATTER.iter().enumerate() {
         scatter[(i, i)] = scatter[(i, i)].max(least * least);
@@ -538,7 +540,7 @@ fn at_least(mut scatter: Matrix) -> Matrix {
     scatter
 }
 
-/// By the world's scatter of launches and friction: v² enters the distance, and friction divides it.
+/// Scatter of what strikes show, from the world's scatter of launches and friction: v² enters the distance, and friction divides it.
 fn assumed_scatter(world: &World) -> Matrix {
     let scatter = &world.scatter;
     let speed = scatter.speed.powi(2);

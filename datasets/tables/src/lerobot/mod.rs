@@ -39,7 +39,8 @@ pub struct Episode {
     pub task: String,
     /// Where the object is: x, y in m, and its yaw in rad where that is told of all.
     pub states: Vec<[f32; 3]>,
-    /// Speed in m/s and angle in rad as commanded, relative to an object that moved, and the tip's velocity in m/s: at the frame that the strike follows, 0 elsewhere.
+    /// Speed in m/s and angle in rad as commanded, relative to an object that moved, and the tip's velocity in m/s: at the frame that the strike
+    /// follows, 0 elsewhere.
     pub actions: Vec<[f32; 4]>,
 }
 

@@ -16,17 +16,17 @@ pub const MOMENTS: [&str; 4] = ["min", "max", "mean", "std"];
 /// A feature's numbers, a list for each of its places.
 pub struct Stats(Vec<Vec<f64>>);
 
-/// What is told of a feature, for each of its places.
+/// The statistics of a feature, for each of its places.
 pub struct Summary {
     count: usize,
-    /// Those of [`MOMENTS`]; the standard deviation is that of the population.
+    /// The moments of [`MOMENTS`], a list each; the standard deviation is that of the population.
     pub moments: [Vec<f64>; 4],
-    /// Those of [`QUANTILES`], linear between neighbours.
+    /// The quantiles of [`QUANTILES`], a list each, linear between neighbours.
     pub quantiles: Vec<Vec<f64>>,
 }
 
 impl Stats {
-    /// Of rows of so many numbers.
+    /// An empty collection for rows of `width` numbers.
     pub fn new(width: usize) -> Self {
         Self(vec![Vec::new(); width])
     }

@@ -82,7 +82,7 @@ const KEYS: &[(&str, Option<&str>)] = &[
     ("topics.pose.orientation", None),
 ];
 
-/// Those that are needed where images are read.
+/// Keys that are needed where images are read.
 const IMAGE_KEYS: [(&str, Option<&str>); 21] = [
     ("camera.matrix", None),
     ("camera.size", None),

@@ -58,7 +58,7 @@ impl Solid {
         }
     }
 
-    /// From its centre to the part of its outline, seen from above, that is farthest, in m.
+    /// Distance, in m, from the centre to the farthest part of the outline, seen from above.
     pub fn reach(&self) -> f64 {
         match *self {
             Self::Cylinder { radius, .. } | Self::Sphere { radius } => radius,
@@ -68,7 +68,7 @@ impl Solid {
         }
     }
 
-    /// And to the nearest.
+    /// Distance, in m, from the centre to the nearest part of the outline, seen from above.
     pub fn narrowest(&self) -> f64 {
         match *self {
             Self::Cylinder { radius, .. } | Self::Sphere { radius } => radius,

@@ -21,9 +21,9 @@ pub struct Table {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fence {
-    /// One end, in m.
+    /// The fence's one end, in m.
     pub from: Point,
-    /// The other end, in m.
+    /// The fence's other end, in m.
     pub to: Point,
 }
 

@@ -38,11 +38,11 @@ use crate::{Error, outputs, publishing, reading, report, score, signing, words};
 const QUARANTINE: f64 = 1e-4;
 /// A version of fewer strikes is no measure of a table.
 const MATURE: usize = 20;
-/// New strikes are compared with the latest so many.
+/// Greatest number of earlier strikes that new ones are compared with, the latest.
 const MOST_OLDER: usize = 200;
-/// The latest so many since a change say where the table is: enough to know it to a twentieth of what strikes scatter by.
+/// Greatest number of strikes since a change, the latest, that say where the table is: enough to know it to a twentieth of what strikes scatter by.
 const MOST_SINCE: usize = 200;
-/// So many strikes since a change teach a version by themselves.
+/// Number of strikes since a change from which they teach a version by themselves.
 const ALONE: usize = 60;
 /// Folder below the run's where what was not put to use waits for strikes that it did not learn from. No robot looks there.
 const WAITING: &str = "candidate";

@@ -78,7 +78,7 @@ pub struct RigNight {
 }
 
 impl RigNight {
-    /// Its night, with what came of telling a server, or why there was none.
+    /// A rig's night, with what came of telling a server, or why there was none.
     pub fn of(name: &str, worked: Result<(Night, Option<String>), Error>) -> Self {
         let name = name.into();
         match worked {
@@ -173,7 +173,7 @@ pub enum Part {
 pub enum Shared {
     /// The rigs' intervals agree.
     Common,
-    /// They do not.
+    /// The rigs' intervals do not agree.
     Differs,
     /// Each rig has its own: its arm's or its camera's, or one that was not measured on all that strike this object.
     Own,
@@ -246,7 +246,7 @@ impl FleetNight {
 }
 
 impl Quantity {
-    /// Of these rigs, which strike the same object.
+    /// The quantity as these rigs, which strike the same object, measured it.
     fn of(
         name: &str,
         part: Part,

@@ -249,7 +249,7 @@ mod tests {
         /// Strikes learnt from, and the error of what was learnt, in units of what repeats scatter by.
         learnt: f64,
         error: [f64; 6],
-        /// Of strikes that judge: what each depends on, its scatter, its night, whether it is held out for good.
+        /// The strikes that judge: what each depends on, its scatter, its night, whether it is held out for good.
         strikes: Vec<([f64; 6], f64, usize, bool)>,
         /// What each night's sessions differ by.
         sessions: f64,

@@ -12,7 +12,7 @@ pub struct Log<'a> {
 }
 
 impl<'a> Log<'a> {
-    /// Of a night, of that rig where it is one of a fleet.
+    /// The log of a night, of a rig where it is one of a fleet.
     pub fn new(is_wanted: bool, rig: Option<&'a str>) -> Self {
         Self { is_wanted, rig }
     }

@@ -58,7 +58,7 @@ pub struct Night {
     pub new_logs: Vec<String>,
     /// Strikes kept, over all logs.
     pub strikes: usize,
-    /// Those of them that are new to the version in use.
+    /// Strikes that are new to the version in use.
     pub new_strikes: usize,
     /// Strikes of new logs that are stamped before the last change: where none is stamped after it, a clock was set.
     #[serde(default)]

@@ -133,7 +133,7 @@ pub fn listed(results: &Results) -> BTreeSet<usize> {
     chosen([first, others], MOST)
 }
 
-/// So many of these places at the most: those of the first group before those of the second, each evenly.
+/// At most `most` of these places: those of the first group before those of the second, each evenly.
 fn chosen(groups: [Vec<usize>; 2], most: usize) -> BTreeSet<usize> {
     let mut chosen = BTreeSet::new();
     for places in groups {

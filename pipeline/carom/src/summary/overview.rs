@@ -126,7 +126,7 @@ fn effect_lines(name: &str, values: &[String]) -> String {
     lines(format!("           {name}:"), 12, separated.lines())
 }
 
-/// Such as `tilt_x 0.0041 [0.0037, 0.0046] rad`; `center_x 0.45 m` where it was not fitted.
+/// A parameter in words, such as `tilt_x 0.0041 [0.0037, 0.0046] rad`; `center_x 0.45 m` where it was not fitted.
 fn value(name: &str, parameter: &Parameter) -> String {
     let [value, low, high] = numbers(parameter);
     let text = match low == high {

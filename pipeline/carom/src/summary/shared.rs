@@ -92,7 +92,7 @@ pub fn stop_errors(results: &Results) -> String {
     })
 }
 
-/// Such as "3 off_table, 1 truncated".
+/// Rejected strikes by reason, such as "3 off_table, 1 truncated".
 pub fn reasons(rejects: &[Reject]) -> String {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for reject in rejects {

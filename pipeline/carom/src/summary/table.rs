@@ -93,7 +93,7 @@ fn stop_errors(models: &BTreeMap<String, StopErrors>, floor: Option<(&str, StopE
     }))
 }
 
-/// Both tables of a trial.
+/// The two tables of a trial as text.
 pub fn trial(trial: &Trial) -> String {
     let lines = |outcomes: &BTreeMap<String, Outcome>| {
         let models = Model::ALL.into_iter().map(Model::name).filter_map(|name| {

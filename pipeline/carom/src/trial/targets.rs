@@ -28,7 +28,7 @@ pub struct Region {
 }
 
 impl Region {
-    /// Of these strikes; none where there are none.
+    /// The region of these strikes; none where there is no strike.
     pub fn of(strikes: &[Strike]) -> Option<Self> {
         // Bearings on either side of ±π are neighbours: they are taken relative to their middle.
         let sum = |sum: Point, strike: &Strike| sum + Point::polar(1.0, strike.path().bearing());

@@ -28,7 +28,7 @@ pub fn severity(severity: Severity) -> &'static str {
     }
 }
 
-/// As near as this to half a turn, in rad, a sign is what is wrong.
+/// Difference from half a turn, in rad, within which a sign is what is wrong.
 const HALF_TURN: f64 = 0.15;
 
 pub fn say(finding: &Finding, rig: &Rig) -> Said {

@@ -13,12 +13,12 @@ use strike::{Args, Planner, PlannerError, Reason, Recent, SESSION_GAP, tell};
 
 use super::Failure;
 
-/// Where what is known of the table is kept, beside the logs.
+/// Name of the file, beside the logs, that keeps what is known of the table.
 const FILE: &str = "adapted.json";
-/// Logs that are read where nothing is kept: a table is known by its last strikes.
+/// Greatest number of logs read where nothing is kept: a table is known by its last strikes.
 const MOST_LOGS: usize = 60;
 
-/// What stands in the place of the file's own hash while that is computed.
+/// Placeholder for the file's own hash while that is computed.
 const UNSEALED: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
 /// What is known of the table, and from which logs. It holds for one model of one version, and is computed anew from the logs where it
@@ -56,7 +56,7 @@ pub fn by_logs(
     Ok(planner.adapted(&recent, true))
 }
 
-/// By the strikes that were made here since the version learnt.
+/// Adapts a planner by the logs of the strikes that were made here since the version learnt.
 pub fn by_own_strikes(
     args: &Args,
     artifact: &Artifact,
@@ -147,7 +147,7 @@ fn is_of_today(log: &Path) -> bool {
     }
 }
 
-/// What a log holds; what of it shows nothing is told.
+/// The strikes of a log; a person is told what of it shows nothing.
 fn ingested(log: &Path, planner: &Planner) -> Result<LogOutcome, IngestError> {
     let outcome = ingest::ingest_log(log, planner.rig(), &ingest::Ingest::default())?;
     let lost = outcome.rejects.iter().map(|reject| {
@@ -163,7 +163,7 @@ fn ingested(log: &Path, planner: &Planner) -> Result<LogOutcome, IngestError> {
     Ok(outcome)
 }
 
-/// The logs of a folder by their names, which count; none where the folder is not there yet.
+/// The logs of a folder, in the order of their names; none where the folder does not exist yet.
 fn logs(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
@@ -185,7 +185,7 @@ fn name(log: &Path) -> String {
         .into_owned()
 }
 
-/// Whether this version planned a strike of a log: it had learnt by then.
+/// Whether this version planned a strike of a log, which was then made after it learnt.
 fn is_by(log: &Path, version: &str) -> bool {
     let lineages = logs::write::lineages(log).unwrap_or_default();
     let planned_by = |lineage: &Lineage| lineage.get("version").is_some_and(|by| by == version);

@@ -9,7 +9,8 @@ use strike::{Args, Trust, TrustError, tell};
 use super::Failure;
 use super::load::{configured, trust};
 
-/// The folder of a copy that is as new as it can be had; a path is that folder itself. What could not be had is told.
+/// The folder of the artifact: of a URL, a local copy as new as it can be had; of a path, that folder itself. A person is told what could not be
+/// fetched.
 pub fn local(args: &Args) -> Result<PathBuf, Failure> {
     let given = &args.artifacts;
     if let Some(path) = objects::path_of(given) {
@@ -34,7 +35,7 @@ pub fn local(args: &Args) -> Result<PathBuf, Failure> {
     Ok(folder)
 }
 
-/// What this user's programs keep: a copy is needed when nothing else is there.
+/// The folder for what this user's programs keep: a copy is needed when nothing else is there.
 fn own_folder() -> Result<PathBuf, Failure> {
     let data = objects::own_folder("XDG_DATA_HOME", ".local/share");
     let data = data.ok_or_else(|| Failure::input("find a folder for the copy of the artifact: neither XDG_DATA_HOME nor HOME is set; set one"))?;

@@ -21,7 +21,7 @@ use super::show::{self, Answer};
 use super::watching::Watching;
 use super::{Failure, REJECTED, point};
 
-/// Bytes of a strike's log without a camera's messages, at the most.
+/// Greatest size in bytes of a strike's log, a camera's messages apart.
 const ROOM: u64 = 8 << 20;
 
 /// Plans a strike at `to`, makes it, and reports the result. `manifest` is the hash of the version's.
@@ -94,7 +94,8 @@ pub fn strike_one(
     Ok(ExitCode::from(REJECTED))
 }
 
-/// The embedded rig, and the log of its strike. The log is opened first: a number that is taken is a strike that is made.
+/// Opens the log of a strike, then takes the strike's number and opens the embedded rig. The log comes first: a number is never given again, so none
+/// is taken for a strike that could not be logged.
 #[cfg(feature = "sim")]
 fn open_sim(
     args: &Args,
@@ -122,7 +123,7 @@ fn open_sim(
     Ok((robot, log))
 }
 
-/// Strikes with an arm, which whatever signal would end this program stops.
+/// Strikes with an arm; any signal that would end this program stops the arm first.
 fn strike_with_arm<D: Arm>(
     args: &Args,
     plan: &Plan,
@@ -186,7 +187,7 @@ fn destination(args: &Args) -> Destination {
     )
 }
 
-/// What came of a strike, and its log. Errors only where nothing was struck: a strike that was made is reported, whatever fails after it.
+/// The answer to a strike, and its log. Errors only where nothing was struck: a strike that was made is reported, whatever fails after it.
 fn answered(
     plan: &Plan,
     outcome: Result<Option<StrikeRecord>, RobotError>,

@@ -9,7 +9,7 @@ use values::Rig;
 
 use super::Failure;
 
-/// The object is waited for so long to be seen at rest before a strike.
+/// How long the object is waited for to be seen at rest before a strike.
 const BEFORE: Duration = Duration::from_secs(3);
 
 /// The live topics, and the object at rest.
@@ -34,7 +34,7 @@ impl Watching {
         }))
     }
 
-    /// Bytes that the messages may come to.
+    /// Greatest size in bytes that the messages of a strike may come to.
     pub fn room(&self) -> u64 {
         self.live.room()
     }

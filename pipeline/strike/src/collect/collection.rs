@@ -20,14 +20,14 @@ pub const SESSION: &str = "session_";
 const STRIKE: &str = "strike_";
 const ENDING: &str = ".mcap";
 const LOCK: &str = ".collect.lock";
-/// Before any strike was made, an object may slide this many times as far as predicted.
+/// How many times as far as predicted an object may slide, before any strike was made.
 const UNKNOWN: f64 = 2.0;
-/// Strikes from which its distance is estimated; and by how much more than the farthest of these the next one may.
+/// Number of strikes from which an object's distance is estimated; and by how much more than the farthest of these the next one may.
 const TELLING: usize = 3;
 const BEYOND: f64 = 1.15;
 /// What to mend where a camera's stamps are late.
 const LATE: &str = "; set the clocks of camera and computer alike (NTP, PTP), or state frames.camera_delay, which `carom check` measures";
-/// A strike is the one that was requested within so many m/s and rad.
+/// Differences in m/s and rad within which a strike is the one that was requested.
 const SAME: f64 = 2e-3;
 
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ impl Collection {
         self.made.len()
     }
 
-    /// Strikes, those that cannot be used included.
+    /// Number of strikes made, those that cannot be used included.
     pub(super) fn strikes_made(&self) -> usize {
         self.made.len() + self.useless
     }
@@ -97,7 +97,7 @@ impl Collection {
         self.made.iter().map(request).collect()
     }
 
-    /// Of these requests, those that were not struck yet.
+    /// The requests that were not struck yet.
     pub(super) fn left_of(&self, requested: &[StrikeRequest]) -> Vec<StrikeRequest> {
         let mut made = self.made();
         let is_same = |a: &StrikeRequest, b: &StrikeRequest| {
@@ -226,7 +226,7 @@ fn remove(path: &Path) -> Result<(), CollectError> {
     fs::remove_file(path).map_err(|source| durable::Error::new("remove", path, source).into())
 }
 
-/// The folder's logs whose names begin so, in the order of their names.
+/// The folder's logs whose names begin with `begins`, in the order of their names.
 fn named(folder: &Path, begins: &str) -> Result<Vec<PathBuf>, CollectError> {
     let failed = |source| durable::Error::new("read", folder, source);
     let mut paths = Vec::new();

@@ -7,7 +7,7 @@ use ingest::IngestError;
 use crate::last_stop::NoMemory;
 use crate::{LiveError, LogError, RobotError};
 
-/// Texts complete "failed to …".
+/// Why a collection ended early. Texts complete "failed to …".
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum CollectError {

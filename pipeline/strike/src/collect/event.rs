@@ -10,9 +10,9 @@ use crate::Refusal;
 pub enum CollectEvent {
     /// Where the object is to be put, in m.
     Put(StrikeRequest),
-    /// What is waited for until it lies ready.
+    /// What is waited for until the object lies ready.
     Waiting(String),
-    /// The arm moves after so long: a person is told to step back, whatever else is not shown.
+    /// The arm moves after this time: a person is told to step back, whatever else is not shown.
     StepBack(Duration),
     /// A strike that an earlier call began and kept no record of.
     Lost(String),

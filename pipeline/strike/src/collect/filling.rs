@@ -7,9 +7,9 @@ use super::error::CollectError;
 use super::request::StrikeRequest;
 use crate::{CommandPlanner, Plan, Resting};
 
-/// Commands that are compared for one strike.
+/// Number of commands that are compared for one strike.
 const CANDIDATES: u64 = 96;
-/// Places that are tried for the object before it is said that none serves.
+/// Number of places that are tried for the object before it is said that none serves.
 const PLACES: u64 = 64;
 /// Parts of the table that the object starts from: the paper's, the third in the middle of its near third.
 const START_X: (f64, f64) = (1.0 / 9.0, 1.0 / 3.0);
@@ -93,7 +93,7 @@ pub(super) fn choose(
     )))
 }
 
-/// How far a strike lies from the nearest of those made, in shares of the ranges.
+/// Distance of a strike from the nearest of those made, in shares of the ranges.
 fn alone(rig: &Rig, request: StrikeRequest, made: &[StrikeRequest]) -> f64 {
     let share = |a: f64, b: f64, range: Interval| (a - b) / (range.high - range.low).max(1e-9);
     made.iter()

@@ -23,9 +23,9 @@ pub use station::{ArmStation, Recorded, Station, Unfinished};
 
 use crate::{CommandPlanner, Destination, OpenLog};
 
-/// Bytes of a strike's log without live topics, at the most.
+/// Greatest size in bytes of a strike's log without live topics.
 const ROOM: u64 = 8 << 20;
-/// So many strikes in a row that are made and cannot be used end the collection: something is wrong with the camera or the table.
+/// Number of strikes in a row that cannot be used that end the collection: something is wrong with the camera or the table.
 const MOST_USELESS: usize = 5;
 
 /// The outcome of a collection.
@@ -33,7 +33,7 @@ const MOST_USELESS: usize = 5;
 pub struct Collected {
     /// Usable strikes in the folder.
     pub strikes: usize,
-    /// Of these, made now.
+    /// Usable strikes made in this call.
     pub made: usize,
     /// Strikes made now whose logs cannot be used.
     pub useless: usize,
@@ -41,7 +41,7 @@ pub struct Collected {
     pub session: Option<std::path::PathBuf>,
 }
 
-/// Strikes until the folder holds so many usable strikes; the requested ones first. `is_over` ends it before the next strike.
+/// Makes strikes until the folder holds `strikes` usable ones, the requested ones first. `is_over` ends it before the next strike.
 pub fn collect(
     station: &mut dyn Station,
     planner: &CommandPlanner,

@@ -22,9 +22,9 @@ use crate::{Live, LiveError, Plan, Received, Resting, RobotError, Samples, Strik
 #[cfg(feature = "sim")]
 use crate::{SimRobot, TruthSource, execute};
 
-/// How often it is looked at.
+/// Time between two looks at the object.
 const TICK: Duration = Duration::from_millis(50);
-/// A program that has not looked for so long was held: whoever was told to step back knows no more when the arm moves.
+/// Time without a look after which the program counts as suspended: whoever was told to step back can no longer tell when the arm moves.
 const HELD: Duration = Duration::from_secs(1);
 
 /// What a strike recorded for its log.
@@ -51,7 +51,7 @@ pub struct Unfinished {
 
 /// An object, and something that strikes it.
 pub trait Station {
-    /// How many strikes were made before.
+    /// Tells the station how many strikes were made before.
     fn goes_on(&mut self, _strikes: usize) {}
 
     /// Bytes that the messages of a strike may come to.
@@ -70,7 +70,7 @@ pub trait Station {
     /// Strikes it.
     fn strike(&mut self, plan: &Plan) -> Result<Recorded, Box<Unfinished>>;
 
-    /// The strike's record was written, or it is told why not.
+    /// Tells the station that the strike's record was written, or that a person was told why not.
     fn recorded(&mut self) {}
 }
 
@@ -136,12 +136,12 @@ pub struct ArmStation<D: Arm> {
     robot: Guarded<D>,
     live: Arc<Live>,
     interrupted: Arc<AtomicBool>,
-    /// The object lies still for so long before the arm moves.
+    /// How long the object lies still before the arm moves.
     pause: Duration,
     memory: Memory,
     /// The object as it was seen ready.
     ready: Option<Resting>,
-    /// Both clocks after the strike before.
+    /// Both clocks as read after the strike before.
     before: Option<Epoch>,
 }
 
@@ -265,7 +265,7 @@ impl<D: Arm> Station for ArmStation<D> {
     }
 }
 
-/// What is kept of a strike's outcome.
+/// The part of a strike's outcome that is kept.
 fn recorded(
     outcome: Result<Option<StrikeRecord>, RobotError>,
     received: Vec<Received>,

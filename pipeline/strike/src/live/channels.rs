@@ -8,7 +8,7 @@ use values::{FieldTopic, Point, Topics};
 
 use super::protocol::Channel;
 
-/// Topics of a server that an error lists, where the one that is looked for is not among them.
+/// Greatest number of topics of a server that an error lists, where the one that is looked for is not among them.
 const MOST_LISTED: usize = 20;
 
 /// What a channel holds.
@@ -28,7 +28,7 @@ pub(super) struct Sighting {
     pub(super) z: Option<f64>,
     /// The name of the frame that it is in; empty where the message has none.
     pub(super) frame: String,
-    /// In ns; none where the message has no stamp.
+    /// The message's stamp, in ns; none where it has none.
     pub(super) stamp: Option<i64>,
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Subscription {
     pub(super) role: Role,
     channel: Channel,
     pub(super) raw: Arc<RawChannel>,
-    /// None for images.
+    /// The decoder of the object's place; none for images.
     decoder: Option<Decoder>,
 }
 
@@ -47,7 +47,7 @@ pub(super) struct Channels {
     topics: Topics,
     listened: BTreeMap<u32, Subscription>,
     next: u32,
-    /// Some names of what else is there.
+    /// Some names of the server's other topics, for errors.
     others: Vec<String>,
 }
 

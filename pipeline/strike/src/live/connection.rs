@@ -17,14 +17,14 @@ use crate::robot::arm::{is_nothing_yet, why_none};
 
 /// How long connecting may take, the handshake included.
 const CONNECT: Duration = Duration::from_secs(5);
-/// The socket is read for so long at a time: the end of the program, and that nothing comes, is noticed in between.
+/// Time of one read of the socket: in between, the end of the program, or that nothing comes, is noticed.
 const TICK: Duration = Duration::from_millis(10);
 /// How long the socket may refuse a subscription.
 const SEND: Duration = Duration::from_secs(1);
 /// Largest message that is taken, in bytes: an uncompressed image of 20 megapixels.
 const LARGEST: usize = 64 << 20;
 
-/// What to mend where nothing answers, or not as a server does.
+/// What a person should mend where nothing answers, or not as a server does.
 const MEND: &str = "check that the server runs there, such as ROS 2's foxglove_bridge";
 
 /// A connection to a server of live topics.
@@ -97,7 +97,7 @@ impl Connection {
             .map_err(|error| self.broken(&error.to_string()))
     }
 
-    /// What the server does against the protocol.
+    /// The error of a server that violates the protocol.
     pub(super) fn wrong(&self, why: String) -> LiveError {
         LiveError::Protocol {
             url: self.url.clone(),

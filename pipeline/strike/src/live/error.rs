@@ -1,6 +1,6 @@
 //! Why the live topics cannot be used.
 
-/// Texts complete "failed to …".
+/// Why the live topics cannot be used. Texts complete "failed to …".
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "each text says what is wrong")]
 pub enum LiveError {

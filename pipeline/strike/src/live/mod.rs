@@ -35,17 +35,17 @@ use seen::{CLOCK, Seen};
 pub use seen::{ServerMessage, read_messages};
 use still::{Sentry, as_before, lifted};
 
-/// Topics are advertised within this time of the connection.
+/// Time after connecting within which topics are advertised.
 const TOPICS: Duration = Duration::from_secs(5);
-/// The object rests where it is seen at one place for so long.
+/// How long the object must be seen at one place to be at rest.
 const REST: Duration = Duration::from_millis(500);
-/// After a strike it is watched for so long at its new place: more than the ingestion of logs takes a stop from.
+/// How long after a strike the object is watched at its new place: more than the ingestion of logs takes a stop from.
 const REST_AFTER: Duration = Duration::from_millis(800);
-/// Bytes that a strike's messages may come to without images.
+/// Greatest size in bytes of a strike's messages without images.
 const PLACES: u64 = 8 << 20;
-/// How often what is waited for is looked at.
+/// Time between two looks at what is waited for.
 const TICK: Duration = Duration::from_millis(20);
-/// And how often for the camera's next place.
+/// Time between two looks for the camera's next place.
 const FRAME: Duration = Duration::from_millis(2);
 
 /// The live topics of a server.
@@ -130,7 +130,8 @@ impl Live {
         Ok(rest)
     }
 
-    /// The same, once it does rest, within a time. `is_over` ends the waiting too, as from a signal's handler.
+    /// Waits until the object rests on the table, for `patience` at the most, and gives where. `is_over` ends the waiting too, as from a signal's
+    /// handler. Errors with what is seen in place of rest.
     pub fn wait_for_rest(
         &self,
         patience: Duration,
@@ -139,8 +140,8 @@ impl Live {
         self.wait(patience, is_over, || self.at_rest())
     }
 
-    /// Whether the object rests where it did, within the camera's noise and 3 mm, and what is not round as it did, within 3°: by a place
-    /// that comes from now on, for what was taken away a moment ago is seen no more.
+    /// Checks that the object rests where it did, within the camera's noise and 3 mm, and what is not round as it did, within 3°: by a place that
+    /// comes from now on, for what was taken away a moment ago is seen no more.
     pub fn is_still(&self, before: &Resting) -> Result<(), LiveError> {
         self.wait_for_place()?;
         as_before(&self.rig, before, &self.at_rest()?).map_err(LiveError::NotAtRest)
@@ -153,7 +154,7 @@ impl Live {
         self.shared.lock().sentry = Some(sentry);
     }
 
-    /// Bytes that the messages of a strike may come to.
+    /// Greatest size in bytes that the messages of a strike may come to.
     pub fn room(&self) -> u64 {
         let images = self.shared.lock().channels.has(Role::Image);
         PLACES + if images { MOST_BYTES as u64 } else { 0 }
@@ -219,7 +220,7 @@ impl Live {
         }
     }
 
-    /// Judges the places since a moment over a window.
+    /// Where the object rests, judged by the places since a moment over a window.
     fn judge(&self, window: Duration, since: Instant) -> Result<Resting, LiveError> {
         let seen = self.shared.lock();
         if let Some(fault) = &seen.fault {

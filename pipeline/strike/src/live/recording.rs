@@ -11,11 +11,11 @@ use crate::epoch::Epoch;
 /// Places are held for so long, and at most so many: a camera's 240 Hz, four times over.
 const PLACES: Duration = Duration::from_secs(4);
 const MOST_PLACES: usize = 4_000;
-/// Messages of this time before a recording are part of it: the object's rest before the strike.
+/// Time before a recording from which messages are part of it: the object's rest before the strike.
 const BEFORE: Duration = Duration::from_secs(2);
 /// Bytes of messages that are held, before a recording and in one: ten seconds of images at 25 MB/s.
 pub(super) const MOST_BYTES: usize = 256 << 20;
-/// What a held message takes beside its bytes.
+/// Memory in bytes of a held message beside its data.
 const OVERHEAD: usize = 128;
 
 /// Recent places of the object.
@@ -32,7 +32,7 @@ impl Places {
         self.0.push_back(place);
     }
 
-    /// Those from a moment on, in order of time.
+    /// The places from a moment on, in order of time.
     pub(super) fn since(&self, since: Instant) -> impl Iterator<Item = Place> {
         self.0
             .iter()
@@ -73,7 +73,7 @@ impl Recording {
         self.messages.push_back((at, message));
     }
 
-    /// All of it, stamped by these clocks; and what was left out.
+    /// All recorded messages, stamped by these clocks; and a note on what was left out.
     pub(super) fn take(&mut self, epoch: Epoch) -> (Vec<Received>, Option<String>) {
         let messages = std::mem::take(&mut self.messages);
         let left_out = (self.left_out > 0).then(|| {

@@ -4,17 +4,17 @@ use std::time::{Duration, Instant};
 
 use values::Point;
 
-/// Within this distance in m of their middle the places of an object at rest lie, beyond noise: trackers shift by as much.
+/// Distance, in m, from their middle within which the places of an object at rest lie, beyond noise: trackers shift by as much.
 const WANDER: f64 = 0.001;
-/// And within this many standard deviations of the camera's noise.
+/// Distance allowed on top, in standard deviations of the camera's noise.
 const NOISE: f64 = 4.0;
-/// A rest takes so many places at the least.
+/// Least number of places that show a rest.
 const FEWEST: usize = 5;
-/// The last place may be so old.
+/// Greatest age of the last place of a rest.
 pub(super) const FRESH: Duration = Duration::from_millis(250);
 /// Share of the places that may lie elsewhere: outliers of a tracker.
 const OUTLIERS: f64 = 0.2;
-/// But not so many at last, one after another: those show an object that has just begun to move.
+/// Number of places in a row, at the end, that may not lie elsewhere: those show an object that has just begun to move.
 pub(super) const IN_A_ROW: usize = 2;
 
 /// Where the object was seen, and when the message came.
@@ -22,7 +22,7 @@ pub(super) const IN_A_ROW: usize = 2;
 pub(super) struct Place {
     pub(super) at: Instant,
     pub(super) point: Point,
-    /// In rad; none where the topic does not hold it.
+    /// Yaw of the object, in rad; none where the topic does not hold it.
     pub(super) yaw: Option<f64>,
     /// Its height in m; none where the topic does not hold it.
     pub(super) z: Option<f64>,
@@ -31,7 +31,7 @@ pub(super) struct Place {
 /// An object at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resting {
-    /// Where, in m.
+    /// Place of the object, in m.
     pub point: Point,
     /// By how much it is turned, in rad; none where the topic does not hold it.
     pub yaw: Option<f64>,
@@ -40,7 +40,7 @@ pub struct Resting {
 }
 
 impl Resting {
-    /// There, of which no more is known.
+    /// A rest at a point, of which no more is known.
     pub fn at(point: Point) -> Self {
         Self {
             point,

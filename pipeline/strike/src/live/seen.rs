@@ -13,7 +13,7 @@ use super::rest::{FRESH, Place, Resting};
 use super::still::Sentry;
 use crate::epoch::Epoch;
 
-/// Stamps may differ from this computer's clock by so much, in s: a camera's latency, not another clock.
+/// Greatest difference of a stamp from this computer's clock, in s: a camera's latency, not another clock.
 pub(super) const CLOCK: f64 = 0.5;
 
 /// What is known of the topics.
@@ -32,11 +32,11 @@ pub(super) struct Seen {
     frame: Option<String>,
     /// The lowest height (m) at which the object was seen at rest.
     pub(super) lowest: Option<f64>,
-    /// Who looks at each message while the tip runs up to the object.
+    /// The watch on each message while the tip runs up to the object.
     pub(super) sentry: Option<Sentry>,
     /// The latest stamp, in ns.
     stamp: Option<i64>,
-    /// How the object's pose said last that it is turned, in rad, and when that came.
+    /// The object's last yaw by its pose, in rad, and when that came.
     turned: Option<(Instant, f64)>,
 }
 
@@ -57,7 +57,7 @@ impl Seen {
         }
     }
 
-    /// Nothing that comes counts any more; the first reason stays.
+    /// Ends it: nothing that comes counts any more; the first reason stays.
     pub(super) fn ends(&mut self, why: LiveError) {
         if let Some(sentry) = &mut self.sentry {
             sentry.is_blind(Instant::now(), &format!("failed to {why}"));
@@ -65,7 +65,7 @@ impl Seen {
         self.fault.get_or_insert(why);
     }
 
-    /// That the object does not rest, and what was wrong with the last message.
+    /// The error that the object does not rest, and what was wrong with the last message.
     pub(super) fn not_at_rest(&self, why: String) -> LiveError {
         LiveError::NotAtRest(match &self.unread {
             Some(unread) => format!("{why}; {unread}"),

@@ -8,18 +8,18 @@ use values::Rig;
 
 use super::rest::{IN_A_ROW, Resting};
 
-/// An object that is seen farther from its place than this, in m, was moved.
+/// Distance, in m, from its place beyond which an object was moved.
 const MOVED: f64 = 0.003;
-/// One that is turned by more than this, in rad, too.
+/// Turn, in rad, beyond which an object was moved.
 const TURNED: f64 = 0.05;
-/// It was lifted where it is higher by half of its height, and by more than this, in m: by less a camera's frame may lean.
+/// Least height, in m, by which a lifted object is seen higher, however flat it is: by less a camera's frame may lean.
 const LIFTED: f64 = 0.01;
-/// One message alone is off by so many standard deviations of the camera's noise at the most, and by so many rad.
+/// Greatest error of a single message: of a place, in standard deviations of the camera's noise, and of a yaw, in rad.
 const ALONE: (f64, f64) = (4.0, 0.15);
-/// It was covered by a hand, or taken, where no message shows it for so long: three frames of 30 Hz.
+/// Time without a message that shows the object after which it counts as covered by a hand, or taken: three frames of 30 Hz.
 const BLIND: Duration = Duration::from_millis(100);
 
-/// By how much (m) an object is higher that somebody has lifted.
+/// Least height (m) above its place of an object that somebody has lifted.
 pub(super) fn lifted(rig: &Rig) -> f64 {
     rig.object.solid.half_height().max(LIFTED)
 }
@@ -31,7 +31,7 @@ pub(super) fn as_before(rig: &Rig, before: &Resting, now: &Resting) -> Result<()
     differs(rig, before, now, most).map_or(Ok(()), Err)
 }
 
-/// What differs by more than so many m, and rad.
+/// What differs by more than `far` (m) or `wide` (rad), in words; none where nothing does.
 fn differs(rig: &Rig, before: &Resting, now: &Resting, (far, wide): (f64, f64)) -> Option<String> {
     let place = before.point;
     let moved = now.point.distance(place);
@@ -61,7 +61,7 @@ fn differs(rig: &Rig, before: &Resting, now: &Resting, (far, wide): (f64, f64)) 
         .then(|| format!("it was turned by {turned:.3} rad since it was seen at rest"))
 }
 
-/// Is told when a message came that must end the strike, and what it showed.
+/// Called with the time of a message that must end the strike, and what it showed.
 type Ends = Box<dyn FnMut(Instant, &str) + Send>;
 
 /// Looks at each message of the camera while the tip runs up to the object.
@@ -74,7 +74,7 @@ pub(super) struct Sentry {
 }
 
 impl Sentry {
-    /// Of an object that was seen at rest.
+    /// A watch on an object that was seen at rest.
     pub(super) fn new(
         rig: &Rig,
         before: Resting,
@@ -89,7 +89,7 @@ impl Sentry {
         }
     }
 
-    /// Takes what a message shows that came at a moment.
+    /// Judges what a message shows that came at a moment.
     pub(super) fn sees(&mut self, at: Instant, now: &Resting) {
         self.last = at;
         let (noises, turned) = ALONE;
@@ -104,7 +104,7 @@ impl Sentry {
         }
     }
 
-    /// No message has shown it since, up to a moment.
+    /// Notes that no message has shown the object up to a moment.
     pub(super) fn waits(&mut self, now: Instant) {
         let unseen = now.saturating_duration_since(self.last);
         if unseen > BLIND {
@@ -112,7 +112,7 @@ impl Sentry {
         }
     }
 
-    /// The object is seen no more, for a reason that lasts.
+    /// Notes that the object is seen no more, for a reason that lasts.
     pub(super) fn is_blind(&mut self, at: Instant, why: &str) {
         (self.ends)(
             at,

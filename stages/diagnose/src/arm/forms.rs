@@ -33,13 +33,13 @@ pub(super) struct Pair<'a> {
 pub(super) struct Form {
     pub(super) name: &'static str,
     pub(super) free: Vec<String>,
-    /// What is given.
+    /// Parameters that are fixed, and their values.
     pub(super) fixed: Vec<(String, f64)>,
     pub(super) starts: Vec<Vec<f64>>,
 }
 
 impl<'a> Pair<'a> {
-    /// Those of the strikes whose delivered launch is known.
+    /// A pair for each of these strikes whose delivered launch is known.
     pub(super) fn all(strikes: &[&'a Strike]) -> Vec<Self> {
         let each = strikes
             .iter()
@@ -47,7 +47,7 @@ impl<'a> Pair<'a> {
         each.flatten().collect()
     }
 
-    /// A strike that delivered this.
+    /// The pair of a strike; none where what it delivered is not known.
     pub(super) fn of(strike: &'a Strike, delivered: Option<Delivered>) -> Option<Self> {
         Some(Self {
             command: strike.command,
@@ -57,7 +57,7 @@ impl<'a> Pair<'a> {
         })
     }
 
-    /// The same beside effects that act before: what they make of a command is commanded.
+    /// This pair with the command that `effects`, which act before the law, make of the commanded one.
     pub(super) fn beside(&self, effects: &[Box<dyn Effect>]) -> Self {
         Self {
             command: deliver(effects, self.command, self.from, self.conditions),
@@ -65,7 +65,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// The same without what effects that act after do to a command.
+    /// This pair with what `effects`, which act after the law, do to a command removed from what was delivered.
     pub(super) fn less(&self, effects: &[Box<dyn Effect>]) -> Self {
         let with = self.beside(effects).command;
         Self {

@@ -25,7 +25,7 @@ pub(super) struct Law {
 pub(super) const CHANCE: f64 = 0.001;
 /// A strike that differs by more deviations is left out.
 const OUTLIER: f64 = 6.0;
-/// Typical squared errors about a law by which one strike may count.
+/// Cap on how much one strike counts, in typical squared errors about a law.
 const MOST_OF_ONE: f64 = 20.0;
 
 /// The laws by which the arm of these strikes deviates from its commands: by what was commanded, one of the speed, one of the angle, and then by
@@ -66,7 +66,7 @@ pub(super) fn fit(rig: &Rig, strikes: &[&Strike]) -> Result<Vec<Law>, WorldError
     Ok(laws)
 }
 
-/// The law of these forms that strikes need, and that pays.
+/// The law, of these forms, that the strikes need and that predicts strikes left out of its fit.
 fn law_of(
     rig: &Rig,
     quantity: Quantity,
@@ -95,7 +95,7 @@ fn law_of(
     Ok(pays.then(|| law(form, &fitted, evidence)))
 }
 
-/// Whether a law brings deliveries nearer of strikes that took no part in its fit: those that fits to the others leave out.
+/// Whether a law predicts the deliveries of strikes left out of its fit better than no law (cross-validation).
 fn pays(
     rig: &Rig,
     quantity: Quantity,

@@ -34,9 +34,9 @@ fn is_the_arms(name: &str) -> bool {
 /// An arm whose state was logged.
 pub(crate) struct Arm {
     laws: Vec<Law>,
-    /// What its launches depend on beside them.
+    /// Dependences of the delivered launch that the laws leave.
     unexplained: Vec<Unexplained>,
-    /// The strikes from what was delivered.
+    /// The input with each strike's command replaced by what the arm delivered.
     pub(crate) input: Input,
 }
 
@@ -60,12 +60,12 @@ impl Arm {
         }))
     }
 
-    /// Whether an effect is the arm's, or was found to be.
+    /// Whether an effect is one of the arm, or the name of a law found here.
     pub(crate) fn does(&self, name: &str) -> bool {
         is_the_arms(name) || self.laws.iter().any(|law| law.name == name)
     }
 
-    /// What was found from the delivered launches, with what the arm does to its commands.
+    /// Completes a diagnosis made from delivered launches by what the arm does to its commands.
     pub(crate) fn complete(
         mut self,
         mut found: Diagnosed,
@@ -159,8 +159,8 @@ impl Arm {
         })
     }
 
-    /// Leaves out the laws that move stops by little beside what repeats scatter by, in m, and those that change deliveries by no more than these
-    /// are read to; sentences on them.
+    /// Leaves out the laws that move stops by little beside the scatter of repeats (`repeats`, m), and those that change deliveries by less than a
+    /// state is read to. Returns a sentence for each kind left out.
     fn without_little(
         &mut self,
         input: &Input,
@@ -201,7 +201,7 @@ impl Arm {
         Ok(notes::little(&little).into_iter().chain(unread).collect())
     }
 
-    /// By how much repeats of a command differ in what the arm delivers: what launches depend on is no scatter.
+    /// Scatter of what the arm delivers for repeats of one command: dependences that the laws leave do not count as scatter.
     fn repeatability(&self, scatter: ArmScatter) -> ArmScatter {
         let rest = |quantity| {
             let of_it = self.unexplained.iter().filter(|u| u.quantity == quantity);
@@ -283,13 +283,13 @@ fn is_fitted(strike: &Strike) -> bool {
     strike.split != Split::Test && !strike.is_pushed_again()
 }
 
-/// How well what an arm delivered is read off its state: states come every few milliseconds, of a plateau that may last no longer.
+/// Error of reading a delivery off the arm's logged states, which come every few milliseconds of a plateau that may last no longer.
 const READ: ArmScatter = ArmScatter {
     speed: 0.005,
     angle: 0.002,
 };
 
-/// By how much stops move, root mean square in m, where launches differ so: a stop lies as far as the square of the speed says.
+/// Root mean square motion of stops, in m, for launches that differ by `differs`: the distance goes as the square of the speed.
 fn moved(strikes: &[&Strike], differs: impl Fn(&Strike) -> ArmScatter) -> f64 {
     gap::rms(strikes.iter().map(|strike| {
         let (length, by) = (strike.path().norm(), differs(strike));
@@ -297,7 +297,7 @@ fn moved(strikes: &[&Strike], differs: impl Fn(&Strike) -> ArmScatter) -> f64 {
     }))
 }
 
-/// A deviation without one that it was added to.
+/// A standard deviation less an independent part of it: √(total² − part²).
 fn without(total: f64, part: f64) -> f64 {
     (total * total - part * part).max(0.0).sqrt()
 }

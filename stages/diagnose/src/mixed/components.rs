@@ -20,18 +20,18 @@ pub(super) type Small = SMatrix<f64, NUISANCES, NUISANCES>;
 pub(crate) struct VarianceComponents {
     /// Relative speed, angle (rad), clock (s), resting x and y (m), relative friction.
     pub(crate) nuisance: [f64; NUISANCES],
-    /// Of a centroid's coordinate, in m.
+    /// Standard deviation of a centroid's coordinate, in m.
     pub(crate) camera: f64,
-    /// Of the wander of friction from the first strike to the last, relative.
+    /// Standard deviation of the wander of friction from the first strike to the last, relative.
     pub(crate) wander: f64,
-    /// The greatest that the wander may be.
+    /// Upper bound of `wander`.
     pub(super) greatest_wander: f64,
-    /// Of a resting place, over the camera's.
+    /// Standard deviation of a resting place over that of a centroid's coordinate.
     pub(super) resting: f64,
 }
 
-/// A strike's clock is its own: first motion is seen later where the object is slow, the camera noisy or a frame lost, and a
-/// prior that pulled clocks together would turn that into speeds that depend on speed. So it is all but free, in frames.
+/// Prior standard deviation of a strike's clock, in frames: all but free. First motion is seen later where the object is slow, the camera noisy or a
+/// frame lost, and a prior that pulled clocks together would turn that into speeds that depend on speed.
 const CLOCK_FRAMES: f64 = 2.0;
 /// Scatter of speed, angle and friction from which the estimate starts, and the greatest that a robot and a table have: what
 /// differs more from strike to strike is no scatter but something that is missing, and must not be weighed down as if it were.
@@ -39,11 +39,11 @@ const START: f64 = 0.01;
 pub(crate) const GREATEST: f64 = 0.12;
 /// Scatter that shows in no track: changes below it are no changes.
 pub(super) const NEGLIGIBLE: f64 = 1e-3;
-/// The least, which keeps it from zero.
+/// Least standard deviation, which keeps variances from zero.
 pub(super) const LEAST: f64 = 1e-5;
 
 impl VarianceComponents {
-    /// Before anything is estimated.
+    /// Where estimation starts: camera noise in m, time from frame to frame in s, upper bound of the wander (relative).
     pub(crate) fn initial(camera: f64, frame: f64, greatest_wander: f64) -> Self {
         let mut components = Self {
             nuisance: [START, START, CLOCK_FRAMES * frame, 0.0, 0.0, START],
@@ -56,13 +56,13 @@ impl VarianceComponents {
         components
     }
 
-    /// The same under other noise of frames.
+    /// These components, the scatter of resting places set for this camera noise.
     pub(crate) fn under(mut self, noise: FrameNoise) -> Self {
         self.set_resting(noise);
         self
     }
 
-    /// The same with another bound of the wander.
+    /// These components with this upper bound on the standard deviation of the wander (relative).
     pub(crate) fn with_greatest_wander(mut self, greatest_wander: f64) -> Self {
         self.greatest_wander = greatest_wander;
         self
@@ -74,7 +74,7 @@ impl VarianceComponents {
         (self.nuisance[3], self.nuisance[4]) = (rest, rest);
     }
 
-    /// Whether a scatter is as great as a robot's or a table's can be.
+    /// Whether the standard deviation of this nuisance is at its upper bound.
     pub(crate) fn is_at_bound(&self, place: usize) -> bool {
         ESTIMATED.contains(&place) && self.nuisance[place] > 0.999 * GREATEST
     }

@@ -10,23 +10,23 @@ use super::{
 };
 use crate::wander::Path;
 
-/// What the strikes say.
+/// What the strikes determine: common values, variance components and each strike's nuisances.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimated {
-    /// Change of the common parameters.
+    /// β: change of the common parameters from where the strikes were linearised.
     pub(crate) beta: DVector<f64>,
-    /// Inverse covariance of β, the prior's apart.
+    /// Inverse covariance of β by the data alone, without its prior.
     pub(crate) information: DMatrix<f64>,
     pub(crate) components: VarianceComponents,
     /// Logarithm of the marginal likelihood at no change.
     pub(crate) likelihood_here: f64,
-    /// The same at β, if all is as linear as its columns.
+    /// Logarithm of the marginal likelihood after the change β, if tracks are linear in it.
     pub(crate) likelihood_there: f64,
     /// Each strike's nuisances, its share of the wander in its friction.
     pub(crate) nuisances: Vec<SVector<f64, NUISANCES>>,
     /// γ: the wander's path.
     pub(crate) wander: Path,
-    /// Root mean square of how far it moved the strikes' friction, relative.
+    /// Root mean square change of the strikes' friction by the wander, relative.
     pub(crate) wandered: f64,
 }
 
@@ -43,7 +43,8 @@ pub(crate) fn estimate(
     estimate_within(strikes, prior, start, ITERATIONS)
 }
 
-/// The same, with so many iterations at the most.
+/// β, the variance components and each strike's nuisances, after at most `iterations` of expectation and maximisation. `None` where β is not
+/// determined.
 pub(crate) fn estimate_within(
     strikes: &[Products],
     prior: &Prior,
@@ -89,13 +90,13 @@ pub(crate) fn estimate_within(
     None
 }
 
-/// What is known of each strike's speed, angle and friction at some components.
+/// Best guess of each strike's speed, angle and friction, given the variance components.
 struct Guess {
-    /// How far the wander moves its friction.
+    /// Change of each strike's friction by the wander, relative.
     wandered: Vec<f64>,
     /// Gᵀ·(r − X·β).
     seen: Vec<Vector3<f64>>,
-    /// Its own, the wander apart.
+    /// Each strike's own speed, angle and friction, without the wander.
     own: Vec<Vector3<f64>>,
 }
 
@@ -121,7 +122,7 @@ impl Guess {
         guess
     }
 
-    /// Speed, angle and friction, what wandered in the friction.
+    /// Each strike's speed, angle and friction, the wander included in the friction.
     fn whole(&self) -> impl Iterator<Item = Vector3<f64>> {
         self.own.iter().zip(&self.wandered).map(|(own, wandered)| {
             let mut whole = *own;

@@ -22,7 +22,7 @@ pub(super) struct Marginal {
     /// [X r]ᵀΣ⁻¹[X r].
     all: DMatrix<f64>,
     log_determinant: f64,
-    /// Of the wander's precision at a known β, and L⁻¹·WᵀΣ⁻¹[X r], column by column.
+    /// Cholesky factor L of the wander's precision at a known β, and L⁻¹·WᵀΣ⁻¹[X r], column by column.
     factor: Cholesky<f64, Const<PATHS>>,
     seen: Vec<Path>,
     pub(super) beta: DVector<f64>,
@@ -33,7 +33,7 @@ pub(super) struct Marginal {
 /// Factors of the wander's standard deviation that are tried at each iteration: expectation and maximisation would creep.
 const WANDERS: [f64; 5] = [0.5, 0.8, 1.0, 1.25, 2.0];
 
-/// The wander, near to the one that stands, under which all is likeliest.
+/// The standard deviation of the wander, near to the present one, at which the likelihood is greatest.
 pub(super) fn likeliest(
     sums: &Sums,
     from: &VarianceComponents,

@@ -48,7 +48,7 @@ impl Products {
         products.extended([g, &x.columns(0, 0).into_owned()], &columns, residual)
     }
 
-    /// With other columns and residual after those of β that are kept.
+    /// These products with other columns and another residual after the columns of β that are kept.
     fn extended(
         &self,
         [g, kept]: [&DMatrix<f64>; 2],
@@ -79,7 +79,7 @@ impl Products {
         more
     }
 
-    /// With columns of β beside the strike's own (`g` and `x` as they were), and another residual.
+    /// These products with more columns of β and another residual; the strike's own columns `g` and `x` are as they were.
     pub(crate) fn beside(
         &self,
         g: &DMatrix<f64>,
@@ -90,7 +90,7 @@ impl Products {
         self.extended([g, x], columns, residual)
     }
 
-    /// With so many columns of nothing beside the strike's own.
+    /// These products with `count` more columns of zeros.
     pub(crate) fn beside_nothing(&self, count: usize) -> Self {
         let place = self.gx.ncols() - 1;
         let mut more = self.clone();

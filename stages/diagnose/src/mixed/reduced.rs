@@ -35,14 +35,14 @@ pub(super) struct Reduced<'s> {
     cross: Vec<Vector3<f64>>,
     /// [X r]ᵀ·[X r], over all strikes.
     pub(super) pooled: DMatrix<f64>,
-    /// Coordinates.
+    /// Number of measured coordinates, over all strikes.
     pub(super) rows: f64,
-    /// What no component that is estimated changes of ln |Σ|.
+    /// The part of ln |Σ| that does not depend on the estimated components.
     log_determinant: f64,
 }
 
 impl<'s> Reduced<'s> {
-    /// Of strikes with so many common columns beside the residual.
+    /// Integrates clock and resting place out of strikes with `p` common columns and the residual.
     pub(super) fn new(strikes: &'s [Products], p: usize, components: &VarianceComponents) -> Self {
         let columns = p + 1;
         let ratios = OUT.map(|k| {

@@ -33,7 +33,7 @@ impl FrameNoise {
     };
 }
 
-/// Frames whose mean is a resting place.
+/// Number of frames whose mean is a resting place.
 const RESTING_FRAMES: f64 = 10.0;
 
 /// Standard deviation of a resting place over that of a centroid's coordinate: correlated errors average out less.
@@ -58,7 +58,7 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
-    /// All frames of a strike, with speeds of none, by a camera that takes one every `frame` s.
+    /// All frames of a strike, speeds at zero, of a camera that takes one every `frame` s.
     pub(crate) fn new(strike: &Strike, frame: f64) -> Self {
         let path = strike.path();
         let heading = if path.norm() > 1e-6 {

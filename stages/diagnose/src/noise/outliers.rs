@@ -18,7 +18,7 @@ impl Rule {
         limit: 8.0,
         is_across_only: true,
     };
-    /// Of a fitted world. Six standard deviations leave out one good frame in 10⁸.
+    /// For a fitted world. Six standard deviations leave out one good frame in 10⁸.
     pub(crate) const FITTED: Self = Self {
         limit: 6.0,
         is_across_only: false,

@@ -22,41 +22,41 @@ const ITERATIONS: usize = 60;
 /// Degrees of freedom that a part takes by chance, beyond what its variance says, for that is estimated from the same values: of seven parts
 /// 2 to 8, 5 in the mean, in simulations of normal values of 25 to 200 strikes, with parts that are there and without.
 const CHOSEN: f64 = 0.7;
-/// Standard deviation, before strikes are seen, of the power of its length by which a slide's relative variance grows.
+/// Prior standard deviation of the power of its length by which a slide's relative variance grows.
 const POWER: f64 = 1.5;
-/// Differences of repeats from which they are enough to measure a scatter.
+/// Number of differences between repeats from which they measure a scatter well enough.
 pub(super) const REPEATS: usize = 10;
 
 /// Standard deviations, root mean square over the strikes, in the unit of a column times a length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Components {
-    /// Of repeats of one command, with its 95 % interval.
+    /// Standard deviation of repeats of one command, with the ends of its 95 % interval.
     pub(crate) repeats: (f64, f64, f64),
-    /// Of a wander, over all strikes.
+    /// Standard deviation of a wander over the order, root mean square over all strikes.
     pub(crate) wander: f64,
-    /// Of sessions.
+    /// Standard deviation between sessions.
     pub(crate) sessions: f64,
 }
 
 /// A column, a value for each strike.
 pub(super) struct Measured {
-    /// Without what lies far out.
+    /// Values with those far out clipped.
     pub(super) clipped: DVector<f64>,
-    /// As it is.
+    /// Values as measured.
     pub(super) raw: DVector<f64>,
     /// Standard errors of its measurement.
     pub(super) errors: DVector<f64>,
-    /// Lengths by which it moves stops.
+    /// Length of each slide, in m: a column times it is a motion of the stop.
     pub(super) slides: DVector<f64>,
 }
 
-/// A strike is left out whose error is so many times that of most, and so great a part of what strikes scatter by: of a track that ends at a fence,
-/// or soon, little was seen.
+/// A strike is left out whose standard error is this many times the typical one, and at least this part of the strikes' scatter: little was seen of a
+/// track that ends at a fence, or soon.
 const MOST_ERRORS: f64 = 3.0;
 const OF_SCATTER: f64 = 0.5;
 
-/// Of a column, with covariates (of mean 0 and standard deviation 1), what was found to depend on the order of strikes otherwise than a wander, each
-/// strike's session, and which strikes repeat a command.
+/// Variance components of a column, given its covariates (of mean 0 and standard deviation 1), what was found to depend on the order of strikes
+/// otherwise than a wander, each strike's session, and which strikes repeat a command.
 pub(super) fn components(
     column: &Measured,
     covariates: &[DVector<f64>],
@@ -88,7 +88,7 @@ pub(super) fn components(
     )
 }
 
-/// Of strikes of which enough was seen.
+/// Variance components of a column from the strikes that were measured well enough.
 fn of_seen(
     column: &Measured,
     covariates: &[DVector<f64>],
@@ -268,7 +268,8 @@ fn neighbours(values: &DVector<f64>) -> f64 {
     0.5 * squares / (values.len() as f64 - 1.0).max(1.0)
 }
 
-/// What no smooth part holds, and repeats: two variances, each with its degrees of freedom, of the same unless repeats scatter by less beyond chance.
+/// Pools two variances, each with its degrees of freedom: that of what no smooth part explains, and that of repeats; the latter alone where it is
+/// smaller beyond chance.
 fn together_or_lesser(left: (f64, f64), repeats: (f64, f64)) -> (f64, f64) {
     let chance = (1.96 * (2.0 / left.1 + 2.0 / repeats.1).sqrt()).exp();
     if repeats.0 * chance < left.0 {
@@ -297,7 +298,7 @@ fn repeated(values: &DVector<f64>, commands: &[usize]) -> Option<(f64, f64)> {
     Some((squares.sum::<f64>() / count as f64, count as f64 / 1.5))
 }
 
-/// To 0 to 1.
+/// Values scaled linearly to the range 0 to 1.
 fn unit(values: &DVector<f64>) -> DVector<f64> {
     let (low, high) = (values.min(), values.max());
     values.map(|v| (v - low) / (high - low).max(1e-12))

@@ -21,7 +21,7 @@ const WAVES: usize = 10;
 /// Ripples over a command: periods of which its range holds so many at the most, and steps of that number.
 const RIPPLES: f64 = 20.0;
 const STEP: f64 = 0.5;
-/// Values that differ, of each period.
+/// Least number of distinct values in each period.
 const A_PERIOD: f64 = 4.0;
 
 /// A cosine and a sine.
@@ -30,7 +30,7 @@ pub(super) type Wave = [DVector<f64>; 2];
 /// What came before a strike.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Before {
-    /// How long no strike was made, in s.
+    /// Time, in s, in which no strike was made.
     pub(crate) pause: f64,
     /// The command of the strike before in the same log, where there is one.
     pub(crate) command: Option<Command>,
@@ -49,7 +49,7 @@ pub(super) struct Covariates {
     speed: Option<DVector<f64>>,
     angle: Option<DVector<f64>>,
     start: [Option<DVector<f64>>; 2],
-    /// Of the start, seen from the arm's base: in rad, in m.
+    /// Bearing (rad) and distance (m) of the start from the arm's base.
     bearing: DVector<f64>,
     reach: DVector<f64>,
     pause: Option<DVector<f64>>,
@@ -245,7 +245,7 @@ fn sorted(values: &DVector<f64>) -> Vec<f64> {
     sorted
 }
 
-/// How many sorted values differ.
+/// Number of distinct values among sorted ones.
 fn distinct(sorted: &[f64]) -> usize {
     sorted.windows(2).filter(|pair| pair[1] > pair[0]).count() + 1
 }
@@ -277,8 +277,8 @@ pub(super) fn deviation(values: &DVector<f64>) -> f64 {
     values.variance().sqrt()
 }
 
-/// The value of the command before, whether the own one is greater (1) or less (−1), and by how much it is another; a strike without one before stands in the middle. None
-/// where commands hardly vary.
+/// The value of the command before, whether the own one is greater (1) or less (−1), and by how much it is another; a strike without one before
+/// stands in the middle. None where commands hardly vary.
 fn last(
     own: &DVector<f64>,
     least: f64,
@@ -305,7 +305,7 @@ fn last(
     all.into_iter().flatten().collect()
 }
 
-/// To mean 0 and standard deviation 1; none where it is less than `least`.
+/// Values scaled to mean 0 and standard deviation 1; none where their standard deviation is less than `least`.
 fn scaled(values: DVector<f64>, least: f64) -> Option<DVector<f64>> {
     let (mean, deviation) = (values.mean(), deviation(&values));
     (deviation > least.max(1e-12)).then(|| values.map(|v| (v - mean) / deviation))

@@ -49,9 +49,9 @@ impl Shuffles {
 
 /// A family, calibrated.
 pub(super) struct Calibrated {
-    /// Of each question: the share of permutations in which any is answered as strongly.
+    /// For each question, the share of permutations in which any question is answered as strongly.
     pub(super) p_values: Vec<f64>,
-    /// Of each question: its mean over the permutations.
+    /// For each question, the mean of its statistic over the permutations.
     pub(super) by_chance: Vec<f64>,
 }
 

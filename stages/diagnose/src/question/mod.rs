@@ -43,11 +43,11 @@ use self::{
 };
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
-/// Over what repeats scatter by, what moves stops by less adds less than 5 % to a stop's error: no gap.
+/// Ratio to the scatter of repeats below which motion of stops is no gap: it adds less than 5 % to a stop's error.
 pub(crate) const LITTLE: f64 = 1.0 / 3.0;
-/// Part of the variance by which strikes scatter that is repeats' at the least, whatever else is found in it.
+/// Least share of the strikes' variance that is taken for that of repeats, whatever else is found in it.
 const LEAST_FLOOR: f64 = 0.1;
-/// Covariates of which no strike's own command tells.
+/// Covariates that come from before the strike, not from its own command.
 const BEFORE: [&str; 2] = ["command before", "pause"];
 /// Columns of whole strikes, which may change with the order.
 const NEEDS: [Column; 4] = [
@@ -56,7 +56,7 @@ const NEEDS: [Column; 4] = [
     Column::Friction,
     Column::Stop,
 ];
-/// Families, each with its share of that.
+/// Number of families of questions; each gets an equal share of the level [`REAL`].
 const FAMILIES: f64 = 4.0;
 /// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
 const RUNS_WITH_ORDER: f64 = 0.5;
@@ -75,13 +75,13 @@ pub(crate) enum What {
 pub(crate) struct Finding {
     pub(crate) what: What,
     pub(crate) covariate: &'static str,
-    /// All questions counted.
+    /// Probability by chance, corrected for all questions.
     pub(crate) p_value: f64,
     /// By how much it moves stops, root mean square, in m.
     pub(crate) size: f64,
-    /// Whether no smooth function of the strikes' own commands holds it.
+    /// Whether it is left where smooth functions of the strikes' commands are taken off.
     is_unsmooth: bool,
-    /// Of the order.
+    /// How it depends on the order, where the order is what it depends on.
     pub(crate) form: Option<Form>,
 }
 
@@ -110,9 +110,9 @@ struct Unsmooth {
 /// What the question answers of a world.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Answer {
-    /// What is no chance and no wander, the largest first.
+    /// Dependences that are neither chance nor a wander, the largest first.
     pub(crate) findings: Vec<Finding>,
-    /// What repeats of these commands scatter by at rest, in m.
+    /// Scatter of the stops of repeats of these commands, in m.
     pub(crate) floor: f64,
     is_box: bool,
     has_sessions: bool,
@@ -124,20 +124,20 @@ pub(crate) struct Answer {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct EffectsByOrder {
     pub(crate) by_session: bool,
-    /// By the number of strikes before.
+    /// Whether an effect changes with the number of strikes before.
     pub(crate) drift: bool,
 }
 
 /// How stops vary for no reason that a command could foretell, root mean square in m.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Variation {
-    /// Repeats of one command, one after another.
+    /// Scatter of repeats of one command made one after another.
     pub(crate) repeats: f64,
-    /// The most that they may scatter by: the end of its 95 % interval.
+    /// Upper end of the 95 % interval of `repeats`.
     pub(crate) repeats_at_most: f64,
-    /// A wander over the order of strikes.
+    /// Motion of stops by a wander over the order of strikes.
     pub(crate) wander: f64,
-    /// From session to session.
+    /// Difference between sessions.
     pub(crate) sessions: f64,
 }
 
@@ -158,9 +158,9 @@ impl Answer {
         }
     }
 
-    /// What still moves stops by more than repeats scatter, and is more than half of the variance of the greatest that was found before, or by
-    /// more than `great` times what repeats scatter; or the greatest itself, where half of its variance is still there: beside it, no name is what
-    /// the gap is. A form that is nearly right leaves less.
+    /// A finding left beside the effects so large that no name explains the gap: it moves stops by more than repeats scatter, and has more than half
+    /// of the variance of the greatest finding `before`, or moves them by more than `great` times what repeats scatter; or that greatest finding
+    /// itself, where half of its variance is left. A form that is nearly right leaves less.
     pub(crate) fn great_beside(&self, before: &Self, great: f64) -> Option<&Finding> {
         let greatest = before.findings.first();
         let half = greatest.map_or(0.0, |most| FRAC_1_SQRT_2 * most.size);
@@ -174,7 +174,7 @@ impl Answer {
         largest.or_else(|| self.findings.iter().find(is_same))
     }
 
-    /// What pushes objects by where they are, beyond this in m: in no way that an object's own motion, the same wherever it is, would show.
+    /// A push that depends on the place on the table and moves stops by more than `least` (m); an object's own motion would show alike everywhere.
     pub(crate) fn push_by_place(&self, least: f64) -> Option<&Finding> {
         let is_push = |found: &&Finding| matches!(found.what, What::Along | What::Across);
         let by_place = |found: &&Finding| found.covariate == "position" && found.size > least;
@@ -204,8 +204,8 @@ impl Answer {
         })
     }
 
-    /// What these effects by the order are not: it changes in a form that the library lacks, by at least half as much as anything else does with the
-    /// order; or within a session where sessions alone are said to differ.
+    /// A finding that contradicts these effects by the order: it changes with the order in a form that the library lacks, by at least half as much as
+    /// anything else does; or within a session where only sessions are said to differ.
     pub(crate) fn contradicts(&self, effects: EffectsByOrder) -> Option<&Finding> {
         let by_sessions_alone = effects.by_session && !effects.drift;
         let by_order = self.findings.iter().filter(|found| found.form.is_some());
@@ -232,7 +232,7 @@ impl Answer {
     }
 }
 
-/// Asks of a fitted model.
+/// Tests what a fitted model leaves for dependence on commands, starts, places and order.
 pub(crate) fn ask(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
@@ -261,7 +261,7 @@ pub(crate) fn variation(
 }
 
 impl Variation {
-    /// This, or the other where repeats scatter by less.
+    /// The one of the two under which repeats scatter less.
     pub(crate) fn or_less(self, other: Self) -> Self {
         match other.repeats < self.repeats {
             true => other,
@@ -269,7 +269,7 @@ impl Variation {
         }
     }
 
-    /// All of it, with the most that repeats may scatter by.
+    /// Total variation of stops, with repeats at the upper end of their interval, in m.
     pub(crate) fn at_most(&self) -> f64 {
         self.repeats_at_most.hypot(self.wander).hypot(self.sessions)
     }
@@ -476,7 +476,7 @@ impl Asking {
         }
     }
 
-    /// What is no chance in a family.
+    /// The findings of a family that are significant at its share of the level.
     fn found(&self, family: &[Asked]) -> Vec<Finding> {
         let statistics: Vec<Statistic> =
             family.iter().map(|asked| asked.statistic.clone()).collect();
@@ -533,7 +533,7 @@ impl Asking {
         weighed(&cells, &self.sessions, is_centred)
     }
 
-    /// One for all strikes, and one for each session but the first.
+    /// Indicator columns: one of all strikes, and one of each session but the first.
     fn sessions(&self) -> Vec<DVector<f64>> {
         let n = self.rows.len();
         let count = self.sessions.iter().max().map_or(1, |last| last + 1);
@@ -543,7 +543,7 @@ impl Asking {
             .collect()
     }
 
-    /// The wander of a column that strikes do not exclude.
+    /// Variance ratio of the largest wander of a column that the strikes do not exclude.
     fn wander_of(&self, of: Column, column: &Weighed) -> f64 {
         match of {
             Column::Fade | Column::Curve => 0.0,
@@ -634,7 +634,7 @@ impl Asking {
         asked
     }
 
-    /// What no smooth function of a command or of two holds.
+    /// Asks about dependences that smooth functions of one or two commands do not explain.
     fn beside_smooth(
         &self,
         of: Column,
@@ -761,7 +761,7 @@ impl Asking {
         ))
     }
 
-    /// Of the order, and of cycles over it.
+    /// The questions about the order, and about cycles over it.
     fn order(&self) -> [Vec<Asked>; 2] {
         let mut both = [Vec::new(), Vec::new()];
         for of in NEEDS {

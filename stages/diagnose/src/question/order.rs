@@ -16,58 +16,58 @@ use super::{
     ways::most_explained,
 };
 
-/// Cosines over the order.
+/// Number of cosines over the order.
 const COSINES: usize = 6;
-/// Rounds of wear, and where in one the first strike may be.
+/// Greatest number of rounds of wear, and phases at which the first strike may fall in one.
 const ROUNDS: usize = 16;
 const PHASES: u32 = 8;
-/// Strikes on each side of a step.
+/// Least number of strikes on each side of a step.
 const SIDE: usize = 3;
 /// Cycles over the order that are tried: up to `SLOW` turns by eighths, for then a quarter of a turn shows; up to `MOST_TURNS` by halves.
 const SLOW: f64 = 6.0;
 const MOST_TURNS: f64 = 40.0;
-/// Steps of the turns in which a cycle that was found is followed, and harmonics of it.
+/// Step in turns by which a cycle that was found is refined, and the number of its harmonics.
 const FINE: f64 = 0.03;
 const HARMONICS: usize = 3;
-/// Strikes in turn of as many objects, tips or people, at the most.
+/// Greatest number of objects, tips or people that may be used in turn.
 const IN_TURN: usize = 6;
-/// How long what was done to a table lasts, as a share of the strikes.
+/// Times that what was done to a table may last, as a share of the strikes.
 const LASTS: [f64; 3] = [0.06, 0.125, 0.25];
 /// Share of the strikes for which both levels of a ramp last at the least: what rises from the first strike on is wear.
 const AT_A_LEVEL: f64 = 0.25;
-/// Places of a beginning that are tried.
+/// Number of strikes at which a beginning is tried.
 const BEGINNINGS: usize = 40;
 /// Places at which a table may have been cleaned, where forms are compared to those of wanders. Every strike would cost that test power.
 const CLEANINGS: usize = 20;
-/// −2 ln L by which a form that the library has no effect for must be better: a hundred to one.
+/// Margin in −2 ln L by which a form for which the library has no effect must be better: odds of a hundred to one.
 const EXCLUDED: f64 = 9.2;
-/// Wanders drawn, to which the column is compared.
+/// Number of simulated wanders that the column is compared with.
 const DRAWN: usize = 999;
 
 /// How a column depends on the order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Form {
-    /// Noise: each strike near the one before.
+    /// Brownian noise: each strike near the one before.
     Wander,
-    /// Noise of this kind, which no other form describes nearly as well.
+    /// A wander that no other form describes nearly as well.
     WanderAlone,
     Drift,
-    /// At this strike, or between sessions beside it.
+    /// A step at this strike, or between sessions beside it.
     Step(usize),
-    /// At this strike, far from where a session begins.
+    /// A step at this strike, far from where a session begins.
     StepInSession(usize),
     Wear,
     Cycle,
     Sessions,
-    /// The same wear in each, from the same level.
+    /// In each session the same wear, from the same level.
     WearInSessions,
     /// Sessions of their own levels, in each of which it changes by as much: a drift beside them does the same.
     DriftAndSessions,
-    /// It steps, and wears off.
+    /// A step that wears off.
     WearsOff,
-    /// From one level to another, over some strikes.
+    /// A ramp from one level to another, over some strikes.
     Ramp,
-    /// It wears from a level, and is made as new at a strike, as a table that is cleaned.
+    /// Wear from a level that is made as new at a strike, as a table that is cleaned.
     MadeNew,
 }
 
@@ -103,12 +103,12 @@ type Described = (Form, Vec<DVector<f64>>, f64);
 
 /// One column, to be asked about its order.
 pub(super) struct InOrder {
-    /// Which one.
+    /// Which column of the strike table it is.
     pub(super) of: Column,
-    /// Its values, weighed, what depends on commands taken off.
+    /// Its values, weighed, with the dependence on commands taken off.
     pub(super) values: DVector<f64>,
     pub(super) weights: DVector<f64>,
-    /// What was taken off.
+    /// Basis of what was taken off.
     pub(super) beside: Basis,
     /// The number of each strike: strikes that take no part count.
     pub(super) numbers: DVector<f64>,
@@ -320,7 +320,7 @@ impl InOrder {
             .all(|k| gain(strike) - gain(k) > EXCLUDED * left)
     }
 
-    /// The other forms but a step.
+    /// The forms other than a wander or a step.
     fn forms(&self) -> Vec<Described> {
         let place = self.place();
         let mut forms = Vec::new();
@@ -450,14 +450,14 @@ impl InOrder {
     }
 }
 
-/// The largest of them in their standard deviations.
+/// Largest absolute value, in standard deviations.
 fn largest(values: &[f64]) -> f64 {
     let squares = values.iter().map(|v| v * v).sum::<f64>();
     let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     largest / (squares / values.len() as f64).sqrt().max(1e-300)
 }
 
-/// Of rows of statistics: the share of rows of which one statistic lies as far out among all rows as any of the first row does.
+/// Share of the rows whose most extreme statistic, by its rank among all rows, is at least as extreme as that of the first row.
 fn share_as_far<const N: usize>(rows: &[[f64; N]]) -> f64 {
     let mut furthest = vec![rows.len(); rows.len()];
     for k in 0..N {
@@ -471,11 +471,11 @@ fn share_as_far<const N: usize>(rows: &[[f64; N]]) -> f64 {
     as_far as f64 / rows.len() as f64
 }
 
-/// Places of a step, each with what is left of it beside what was taken off.
+/// Strikes at which a step may be, each with the squared norm of the step's column beside what was taken off.
 struct Steps(Vec<(usize, f64)>);
 
 impl Steps {
-    /// The step that takes most of a column from which the rest is taken off.
+    /// The step that explains most of a column (its strike and the sum of squares); what was taken off must be off the column.
     fn best(&self, column: &[f64], weights: &DVector<f64>) -> Option<(usize, f64)> {
         let mut sum = 0.0;
         let mut done = 0;
@@ -489,7 +489,7 @@ impl Steps {
         gains.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// What a step at this strike takes of it; nothing near the ends.
+    /// Sum of squares that a step at this strike explains of a column; zero near the ends.
     fn gain(&self, column: &[f64], weights: &DVector<f64>, strike: usize) -> f64 {
         let found = self.0.iter().find(|(k, _)| *k == strike);
         found.map_or(0.0, |(_, norm)| {
@@ -519,7 +519,7 @@ mod tests {
         column.form(&Wander::new(&column.numbers), seed).0
     }
 
-    /// Such a column, of strikes with these numbers.
+    /// A column for tests, of strikes with these numbers.
     fn in_order(
         seed: u64,
         ratio: f64,

@@ -14,12 +14,12 @@ const MOST_CELLS: f64 = 60.0;
 /// Products of powers of x and y up to this degree.
 const DEGREE: i32 = 3;
 
-/// The pushes of all strikes along or across their ways: weighed, without what each fifth shows of all.
+/// The pushes of all strikes along or across their ways, by fifth of a way: weighed, each fifth's median over all strikes taken off.
 pub(super) struct Pushes {
     /// A row of fifths for each strike.
     values: Vec<[f64; HATS]>,
     weights: Vec<[f64; HATS]>,
-    /// The same with what each fifth shows of all strikes.
+    /// The weighed pushes, each fifth's median over all strikes left in.
     pub(super) whole: Vec<[f64; HATS]>,
     /// Sum of squared weights.
     pub(super) weight: f64,

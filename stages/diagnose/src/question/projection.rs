@@ -10,12 +10,12 @@ const LEAST: f64 = 1e-6;
 pub(super) struct Basis(pub(super) Vec<DVector<f64>>);
 
 impl Basis {
-    /// Of these columns, those that say nothing new left out.
+    /// An orthonormal basis of the span of these columns; linearly dependent ones are left out.
     pub(super) fn new(columns: impl IntoIterator<Item = DVector<f64>>) -> Self {
         Self::default().with(columns)
     }
 
-    /// The same with more columns.
+    /// This basis, extended by what each of these columns holds that it does not span yet.
     pub(super) fn with(mut self, columns: impl IntoIterator<Item = DVector<f64>>) -> Self {
         for column in columns {
             let whole = column.norm();
@@ -29,7 +29,7 @@ impl Basis {
         self
     }
 
-    /// What is left of a column.
+    /// A column less its projection onto the basis.
     pub(super) fn off(&self, mut column: DVector<f64>) -> DVector<f64> {
         for own in &self.0 {
             let along = own.dot(&column);

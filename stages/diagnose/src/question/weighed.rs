@@ -13,7 +13,7 @@ const NORMAL: f64 = 1.4826;
 /// Strikes of all sessions that count beside those of one in its scatter: so many have a robust standard deviation that is known to a third.
 const BESIDE: f64 = 12.0;
 
-/// Of each value, the scatter of its session over that of all within sessions.
+/// For each value, the ratio of its session's scatter to that of all within sessions.
 fn by_session(values: &[f64], sessions: &[usize]) -> DVector<f64> {
     let count = sessions.iter().max().map_or(0, |last| last + 1);
     let own = |s: usize| values.iter().zip(sessions).filter(move |(_, of)| **of == s);
@@ -42,7 +42,7 @@ pub(super) struct Weighed {
     pub(super) values: DVector<f64>,
     /// One over the standard deviation.
     pub(super) weights: DVector<f64>,
-    /// Of strikes, robust, in the column's unit.
+    /// Robust standard deviation of the strikes, in the column's unit.
     pub(super) scatter: f64,
 }
 

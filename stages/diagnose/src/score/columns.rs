@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn};
 
-/// A column of which less than this share is left beside the model's own differs from them by rounding.
+/// Share of a column left beside the model's own below which it differs from them by rounding alone.
 const APART: f64 = 1e-6;
 
 /// Whitened columns of each strike; none where it is not touched.
@@ -22,7 +22,7 @@ impl RandomColumns {
     }
 }
 
-/// What a few columns say together.
+/// Joint score of a few columns.
 #[derive(Clone, Debug)]
 pub(crate) struct Score {
     /// Gain in log-likelihood, S/2.
@@ -39,7 +39,7 @@ pub(crate) struct Score {
 }
 
 impl Score {
-    /// The gain of other scores of the same columns, in each column.
+    /// The gain in log-likelihood of other scores of the same columns, one set a column.
     pub(crate) fn gains(&self, scores: DMatrixView<'_, f64>) -> Vec<f64> {
         self.form.gains(scores)
     }
@@ -82,7 +82,7 @@ impl QuadraticForm {
         left
     }
 
-    /// Of each column of scores: ½·uᵀV⁻¹u is half the square of L⁻¹u.
+    /// Gain of each column of scores: ½·uᵀV⁻¹u is half the square of L⁻¹u.
     fn gains(&self, scores: DMatrixView<'_, f64>) -> Vec<f64> {
         let mut left = self.left(scores);
         self.factor.l_dirty().solve_lower_triangular_mut(&mut left);
@@ -97,7 +97,7 @@ impl QuadraticForm {
 /// Scores u and information V of columns, the model's own projected off.
 pub(crate) struct ColumnScores {
     pub(crate) information: DMatrix<f64>,
-    /// What each column's information would be alone.
+    /// Information of each column alone, the model's own columns not projected off.
     pub(crate) alone: Vec<f64>,
     /// One column for the residual, then one for each replicate.
     pub(crate) scores: DMatrix<f64>,

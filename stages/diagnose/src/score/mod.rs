@@ -35,7 +35,7 @@ use crate::{
 const EM_STEPS: usize = 8;
 /// Longest way in m over which changes along a slide are taken as smooth: bases are wider.
 const LONGEST: f64 = 0.025;
-/// Wander of friction, relative, that shows in no track.
+/// Relative wander of friction below which it shows in no track.
 const STILL: f64 = 1e-3;
 
 /// Writes the change of a strike's frames by a column: the strike's response, its place, the column's, and the change.
@@ -82,9 +82,9 @@ pub(crate) struct ScoreTest<'f, 'a> {
     scores: DMatrix<f64>,
     /// A row for each strike, a column for each flip: 1 or −1.
     signs: DMatrix<f64>,
-    /// How much more a drawn residual's scatter may be than what is estimated from it.
+    /// Factor on each drawn residual's scores for the scatter being estimated, not known: Student's t.
     studentised: Vec<f64>,
-    /// Whether random columns stand beside the model, its wander apart.
+    /// Whether random columns other than the wander stand beside the model.
     pub(crate) is_beside: bool,
     pub(crate) replicates: Replicates,
 }
@@ -178,7 +178,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         self.responses.get_or_init(of_all).as_deref()
     }
 
-    /// So many columns, each where it touches a strike: `answer(response, strike, column, change)` writes the change of that strike's frames. `None`
+    /// `count` columns of every strike that they change: `answer(response, strike, column, change)` writes the change of that strike's frames. `None`
     /// where a strike does not come to rest.
     pub(crate) fn moved(
         &self,
@@ -270,15 +270,15 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             .collect()
     }
 
-    /// What `count` columns say, the model's own projected off; by residuals that are measured or flipped, not by drawn ones.
+    /// Scores of `count` columns with the model's own projected off, by measured and flipped residuals, not by drawn ones.
     pub(crate) fn scores(&self, count: usize, moved: &StrikeColumns) -> ColumnScores {
         let products =
             StrikeProducts::sums(&self.strikes, &[(count, moved)], self.scores.nrows() + 1);
         self.scores_by(moved, &products[0])
     }
 
-    /// The same of many sets of columns, each with its count, by drawn residuals too: these, which fill the processor's caches, are then gone
-    /// through once for all.
+    /// Scores of many sets of columns, each with its number of columns, by measured, flipped and drawn residuals. The drawn ones, which fill the
+    /// processor's caches, are passed over once for all sets.
     pub(crate) fn scores_of_each(&self, sets: &[(usize, &StrikeColumns)]) -> Vec<ColumnScores> {
         let width = self.scores.nrows() + self.scores.ncols();
         let products = StrikeProducts::sums(&self.strikes, sets, width);

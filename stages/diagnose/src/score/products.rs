@@ -14,7 +14,7 @@ pub(super) struct StrikeProducts {
     pub(super) cross: DMatrix<f64>,
 }
 
-/// The same of all sets that touch one strike, side by side.
+/// One strike's products of all sets of columns that change it, side by side.
 struct OfStrike {
     /// Places of these sets.
     touching: Vec<usize>,
@@ -24,7 +24,8 @@ struct OfStrike {
 }
 
 impl StrikeProducts {
-    /// Of each set, which has so many columns, over all strikes in their order, with the first `width` of what a strike holds.
+    /// Products of each set (its number of columns beside it), summed over strikes in their order; `cross` with the first `width` columns of what a
+    /// strike holds.
     pub(super) fn sums(
         strikes: &[StrikeAtFit<'_>],
         sets: &[(usize, &StrikeColumns)],

@@ -20,7 +20,7 @@ pub(crate) struct Replicates {
 }
 
 impl Replicates {
-    /// Scores alone.
+    /// No replicates: scores alone.
     pub(crate) const NONE: Self = Self {
         drawn: 0,
         flipped: 0,
@@ -51,8 +51,7 @@ pub(crate) fn signs(strikes: usize, replicates: Replicates) -> DMatrix<f64> {
     })
 }
 
-/// The scatter of strikes is estimated from as many strikes, less the values fitted to them: scores over the estimated
-/// scatter follow Student's t.
+/// Factors on drawn scores for the scatter being estimated from as many strikes, less the values fitted to them: scores over it follow Student's t.
 pub(super) fn studentised(strikes: usize, fitted: usize, count: usize, seed: u64) -> Vec<f64> {
     let freedom = strikes.saturating_sub(fitted).max(1) as f64;
     let mut stream = ChaCha8Rng::seed_from_u64(seed);

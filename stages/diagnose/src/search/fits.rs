@@ -10,9 +10,9 @@ use crate::{
     strikes::PreparedStrikes,
 };
 
-/// Candidates that are fitted at each step at the most, the best by their linear gains.
+/// Greatest number of candidates fitted at each step, the best by their linear gains.
 const FITTED: usize = 5;
-/// Starts of each, and further ones where none of these leads to a possible model.
+/// Starts of each candidate, and further ones where none of these leads to a possible model.
 const STARTS: usize = 2;
 
 /// A candidate fitted beside a model.
@@ -27,11 +27,11 @@ pub(crate) struct CandidateFit {
 /// Which candidates are fitted.
 #[derive(Clone, Copy)]
 pub(super) struct FitCriteria<'r> {
-    /// Those that are fitted in any case.
+    /// Names of candidates that are fitted in any case.
     pub(super) required: &'r [&'r str],
-    /// Least linear gain; none where they come near to the best of themselves, which is fitted in any case.
+    /// Least linear gain of a candidate; none: a share of the best candidate's, which is fitted in any case.
     pub(super) least_gain: Option<f64>,
-    /// Evidence below which it does not matter how little one brings, where that is all that is asked.
+    /// Evidence that decides: how far below it a candidate stays is not computed.
     pub(super) least_evidence: f64,
 }
 
@@ -104,12 +104,12 @@ pub(super) fn fit_best(
     Ok(fits)
 }
 
-/// Log-likelihood, as Akaike would have it.
+/// Log-likelihood less the number of free values (Akaike's criterion).
 fn worth(fitted: &Fitted) -> f64 {
     fitted.likelihood() - fitted.model.free.len() as f64
 }
 
-/// A fit from a start; from where the model stands, where a whole step was too long or led to what is not possible.
+/// Fits a candidate from a start; from where the model stands, if the start's step was too long or led to an impossible model.
 fn fit(
     prepared: &PreparedStrikes<'_>,
     from: &Fitted,

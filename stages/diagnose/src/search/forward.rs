@@ -24,11 +24,11 @@ use crate::{
 
 /// What a search may do.
 pub(crate) struct Limits<'l> {
-    /// Effects at the most.
+    /// Greatest number of effects.
     pub(crate) effects: usize,
-    /// Evidence that the first must bring for each value that it frees.
+    /// Evidence that the first effect must bring for each value that it frees.
     pub(crate) first: f64,
-    /// By which another effect is shown to be no chance.
+    /// Sign flips by which another effect is tested for chance.
     pub(crate) flips: Replicates,
     pub(crate) alarm: &'l Alarm,
 }
@@ -93,7 +93,7 @@ pub(crate) fn search<'a>(
     with_rivals(selection, &short, chance)
 }
 
-/// Those that do nearly the same as this one, and those of friction by place where it is one.
+/// Candidates that do nearly the same as this one; if it is friction by place, all candidates of friction by place.
 fn of_a_kind(screened: &[Screened], name: &str) -> Vec<&'static str> {
     let is_by_place = |name: &str| {
         let spec = effect(name);
@@ -120,7 +120,8 @@ fn screen_beside_family(
     }
 }
 
-/// What says most, and fits within no range, stands for something that the library lacks: what says less than this share of it is not that.
+/// Share of the largest gain of candidates that fit at no possible value, below which an effect is not their cause: they stand for something that the
+/// library lacks.
 const SAYS: f64 = 0.5;
 
 /// The effect that is added next, fitted; none where no candidate brings enough. Beside effects that are held it must be no chance: that takes
@@ -186,16 +187,15 @@ fn next_effect(
     Ok(None)
 }
 
-/// Whether an effect of the same family is held: of a patch whose edge is soft, or that is no disc, a line or a slope holds what is left.
+/// Whether an effect of the same family is held. A line or a slope explains what is left of a patch whose edge is soft, or that is no disc.
 fn is_of_a_family_held(selection: &Selection<'_>, name: &str) -> bool {
     let family = |name: &str| effect(name).ok().map(|spec| spec.family);
     let mut held = selection.effects.iter();
     held.any(|held| family(held.name) == family(name))
 }
 
-/// Share of a candidate's score that what a wrong form of the effects held would leave takes: a change of launches by their order, beside a
-/// patch of the table, is not of the patch's form, however strong that is. No share is taken for less than `least`: what is gone through
-/// are smooth forms.
+/// Share of a candidate's score that a wrong form of the effects held would explain, as smooth dependences of their families show it: at least
+/// `least`. A change of launches by their order, beside a patch of the table, is not of the patch's form, however strong it is.
 fn taken_by_form(screened: &[Screened], name: &str, least: f64) -> f64 {
     let found = screened.iter().find(|screened| screened.name == name);
     let left = found.map(|found| found.score / found.gain());
@@ -207,7 +207,7 @@ fn taken_by_form(screened: &[Screened], name: &str, least: f64) -> f64 {
     }
 }
 
-/// Evidence that is asked of another effect, of whose score a wrong form of the effects held would take this share.
+/// Evidence that another effect must bring, where a wrong form of the effects held would explain this share of its score.
 fn required_evidence(
     selection: &Selection<'_>,
     fit: &CandidateFit,
@@ -230,7 +230,7 @@ fn required_evidence(
         .fold(f64::max(thresholds.another * own as f64, form), f64::max)
 }
 
-/// Starts of each candidate that are tried in another's place: the best where it was last screened.
+/// For each candidate, the starts to try in another's place: those that were best when it was last screened.
 fn shortlist(candidates: &[Candidate], screened: &[Screened]) -> Vec<Candidate> {
     candidates
         .iter()

@@ -21,8 +21,8 @@ use crate::{
     screen::{Chance, Screened, screen, screen_by},
 };
 
-/// Asks each last resort whether it stands better than all effects of its kind together, which hold less than what explains a gap of what
-/// it gains; where no effect is held, whether it stands at all.
+/// Tries each last resort in the place of all effects of its kind, and keeps it where the share of its gain that counts as explained exceeds what
+/// they gain together; where no such effect is held, in the place of none.
 pub(crate) fn with_last_resorts<'a>(
     mut selection: Selection<'a>,
     last_resorts: &[Candidate],
@@ -46,8 +46,9 @@ pub(crate) fn with_last_resorts<'a>(
     Ok(selection)
 }
 
-/// Asks each of these whether it stands better than several effects of its kind, which are less simple; so much better than a single one that
-/// this is excluded, or better where a single one is known not to be enough; or nearly as well as a field, which explains what is simpler.
+/// Tries each of these in the place of the effects of its kind. It replaces several of them where it is likelier; a single one where it is likelier
+/// by enough to exclude that, or merely likelier if `is_too_little` says that one is known not to be enough; a field where it is nearly as likely,
+/// being simpler.
 pub(crate) fn with_replacements<'a>(
     mut selection: Selection<'a>,
     replacements: &[Candidate],
@@ -92,8 +93,8 @@ pub(crate) fn with_replacements<'a>(
     Ok(selection)
 }
 
-/// Beside a field, which was found last, asks of each other effect whether a special case of it is enough: the rest of it may have held a part of what
-/// the field holds.
+/// Beside a field, which is found last, tries for each other effect whether a special case of it is enough now: the general form may have held a part
+/// of what the field explains.
 pub(crate) fn with_special_cases<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],
@@ -120,8 +121,8 @@ pub(crate) fn with_special_cases<'a>(
     Ok(selection)
 }
 
-/// Whether a candidate is asked where nothing of its kind was found: a table of any shape, where tracks of a round object leave what was found by far
-/// more than the camera's noise. Many bumps look like no single effect.
+/// Whether a candidate is tried where no effect of its kind was found: a table of any shape, where tracks of a round object differ from the model by
+/// far more than the camera's noise. Many bumps look like no single effect.
 fn is_wanted(candidate: &Candidate, selection: &Selection<'_>) -> bool {
     let is_any_shape = effect(candidate.name).is_ok_and(|spec| spec.naming == Naming::InPlace);
     is_any_shape && selection.fitted.is_far_from_round(&selection.prepared)
@@ -136,10 +137,10 @@ fn held_beside(selection: &Selection<'_>, candidate: &Candidate) -> Vec<&'static
         .collect()
 }
 
-/// Whether a candidate stands in the place of such an effect: of one of its kind; a surface of any shape, for which patches and edges of friction or a
-/// lens may have been taken, of those too: beside a lens it would take what the lens's form leaves. A path that curls is taken for a slope and a
-/// grain together; a picture that is stretched, for an arm that errs by angle and a grain; a table that slopes otherwise in each session, for
-/// directions, friction and a slope.
+/// Whether a candidate may replace an effect: one of its kind; for a surface of any shape also patches and edges of friction or a lens, which it may
+/// have been taken for (beside a lens it would take what the lens's form leaves). A path that curls is taken for a slope and a grain together; a
+/// picture that is stretched, for an arm that errs by angle and a grain; a table that slopes otherwise in each session, for directions, friction and
+/// a slope.
 fn takes_place_of(candidate: &str, held: &str) -> bool {
     match (kind(candidate), kind(held)) {
         (Some(Family::ForceByPlace), Some(Family::FrictionByPlace | Family::SeenByPlace)) => true,
@@ -212,7 +213,8 @@ fn in_place_of_its_kind(
     }))
 }
 
-/// The same with another model; as it was where that cannot be fitted under its own noise.
+/// The selection with `fitted` as its model, noise re-estimated and idle effects dropped; unchanged where that model cannot be fitted under its own
+/// noise.
 fn with_fitted<'a>(
     selection: Selection<'a>,
     fitted: &Fitted,

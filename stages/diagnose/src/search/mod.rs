@@ -24,7 +24,7 @@ pub(crate) struct Selection<'a> {
     /// The world without effects, under the same noise.
     pub(crate) null: Fitted,
     pub(crate) fitted: Fitted,
-    /// For each of the model's effects, its evidence beside the others, and who could stand in its place.
+    /// For each of the model's effects, its evidence beside the others and its rivals.
     pub(crate) effects: Vec<SelectedEffect>,
 }
 
@@ -34,7 +34,7 @@ impl Selection<'_> {
         self.effects.iter().map(|effect| effect.name).collect()
     }
 
-    /// The same strikes with another model, of whose effects nothing is known yet.
+    /// This selection with `fitted` as its model; its effects are not assessed yet.
     fn holding(self, fitted: Fitted) -> Self {
         Self {
             fitted,
@@ -49,14 +49,14 @@ impl Selection<'_> {
     }
 }
 
-/// An effect of a model, and how firmly it stands there.
+/// An effect of a model, with the evidence for it and what could replace it.
 #[derive(Clone, Debug)]
 pub(crate) struct SelectedEffect {
     pub(crate) name: &'static str,
     pub(crate) evidence: f64,
     /// The model without it, where one can be fitted.
     pub(crate) fit_without: Option<Fitted>,
-    /// What is left then, by every candidate, where that was asked.
+    /// The screening of all candidates in the model without it, where that was made.
     screened: Option<Vec<Screened>>,
     /// Effects that the data do not exclude in its place.
     pub(crate) equivalent: Vec<&'static str>,

@@ -1,10 +1,10 @@
-//! What related effects must bring beyond each other.
+//! How much more evidence an effect must bring than a related, simpler one.
 
 use world::effects::{Naming, effect};
 
 use crate::Thresholds;
 
-/// Effects that do the same by construction, or nearly so.
+/// Effects that do the same as this one by construction, or nearly so.
 pub(super) fn alike(name: &str) -> &'static [&'static str] {
     effect(name).map_or(&[], |spec| spec.equivalent)
 }

@@ -21,7 +21,7 @@ use crate::{
     smooth::covariate::{Covariate, family},
 };
 
-/// The same without one of its effects; of the others, the evidence alone is known ([`with_rivals`]).
+/// The selection refitted without the effect at `place`; of the others, only the evidence is computed ([`with_rivals`] finds their rivals).
 pub(crate) fn without<'a>(
     mut selection: Selection<'a>,
     place: usize,
@@ -39,8 +39,8 @@ pub(crate) fn without<'a>(
     Ok(selection)
 }
 
-/// The same without the first effect of friction by the order of strikes that a wander holds as well: a drift is a wander that goes one way. It
-/// was found beside a small wander, for one without bound holds every drift. `None` where there is none.
+/// The selection without its first effect of friction by strike order that a random walk of friction, allowed up to [`GREATEST`], explains nearly as
+/// well. The effect was found beside a narrowly bounded walk, because an unbounded one explains any drift. `None` where there is no such effect.
 pub(crate) fn with_wander<'a>(
     selection: &Selection<'a>,
     chance: &Chance,
@@ -77,8 +77,8 @@ pub(crate) fn with_wander<'a>(
     Ok(None)
 }
 
-/// The effect without which the stops of these commands move least, if that is little beside what repeats scatter by: nobody who strikes would
-/// see it, and a model that is slightly wrong looks like it. What is stated as a cause stays: it says that the names beside it are not all.
+/// Place of the effect without which the stops of these commands move least, if that is little beside the scatter of repeats: nobody who strikes
+/// would see it, and a model that is slightly wrong looks like it. Effects stated as a cause stay: they say that the names beside them are not all.
 pub(crate) fn least_that_moves_little(
     selection: &Selection<'_>,
 ) -> Result<Option<usize>, WorldError> {
@@ -110,7 +110,7 @@ pub(crate) fn least_that_moves_little(
     Ok(least.map(|(place, _)| place))
 }
 
-/// The same without the effects that bring nothing beside the others; of these, the evidence alone is known.
+/// The selection without the effects whose evidence beside the others is negative; of those kept, only the evidence is computed.
 pub(super) fn standing<'a>(
     mut selection: Selection<'a>,
     chance: &Chance,
@@ -137,10 +137,11 @@ fn alone(selection: &Selection<'_>, chance: &Chance) -> Result<Vec<SelectedEffec
         .collect()
 }
 
-/// Values of a model beside which few rivals are asked: each costs as much as all.
+/// Number of free values above which only close rivals are tried: each trial costs as much as fitting them all.
 pub(super) const MANY: usize = 40;
 
-/// The same, and who could stand in the place of each effect: of a model of many values, what does nearly the same as one of its few.
+/// The selection with the rivals of each effect: candidates that fit nearly as well in its place. In a model of more than [`MANY`] values, only
+/// candidates alike to an effect are tried, and none for a field.
 pub(crate) fn with_rivals<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],
@@ -167,7 +168,7 @@ pub(crate) fn with_rivals<'a>(
     Ok(selection)
 }
 
-/// Replaces or drops an effect where that is better, at most so many times; of those that stand, the evidence alone is known.
+/// Replaces or drops an effect where that is better, at most `changes` times; of those kept, only the evidence is computed.
 pub(super) fn refine<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],
@@ -214,7 +215,7 @@ pub(super) fn replaced(
     Ok(better)
 }
 
-/// What every candidate says in the place of an effect, and the model with the best of them there, where that is better.
+/// The screening of every candidate in the place of an effect, and the model with the best of them there, where that is better.
 fn rivals_of(
     selection: &Selection<'_>,
     place: usize,
@@ -241,7 +242,7 @@ fn rivals_of(
     Ok((all, best.map(|rival| rival.fitted)))
 }
 
-/// The model without one of its effects, fitted to be compared, once; `None` where that diverges.
+/// The model without one of its effects, fitted only as far as comparing needs, and once; `None` where that fit diverges.
 fn reduced(selection: &Selection<'_>, place: usize) -> Result<Option<Fitted>, WorldError> {
     let Selection {
         prepared, fitted, ..
@@ -252,7 +253,7 @@ fn reduced(selection: &Selection<'_>, place: usize) -> Result<Option<Fitted>, Wo
     }
 }
 
-/// An effect and its evidence beside the others; without bound where no model without it can be fitted.
+/// An effect and its evidence beside the others; infinite where no model without it can be fitted.
 fn effect_alone(
     selection: &Selection<'_>,
     place: usize,
@@ -280,7 +281,7 @@ fn effect_alone(
     }
 }
 
-/// An effect, and who could stand in its place beside the others.
+/// An effect with its equivalents and rivals beside the others.
 fn assessed(
     selection: &Selection<'_>,
     place: usize,
@@ -343,11 +344,11 @@ fn assessed(
     })
 }
 
-/// Share of an arm's offset up to which its cap says nothing of what restitution may do instead.
+/// Share of an arm's speed offset below which its cap takes too little off to tell the offset from restitution.
 const LITTLE_CAP: f64 = 0.1;
 
-/// Whether an arm delivers the commanded speed and a constant more, beside which a hard cap takes little off, root mean square over strikes.
-/// Restitution that falls as that constant over the speed launches alike, and no form that the library gives it excludes it.
+/// Whether a part is a constant added to the commanded speed, from which a hard cap takes little off (root mean square over strikes). A restitution
+/// that falls as that constant over the speed launches alike, and no form in the library excludes it.
 fn is_speed_offset(part: &Part, strikes: &[&Strike]) -> bool {
     let value = |name, neutral| part.parameters.get(name).copied().unwrap_or(neutral);
     let (offset, slope) = (value("offset", 0.0), value("slope", 1.0));
@@ -359,8 +360,8 @@ fn is_speed_offset(part: &Part, strikes: &[&Strike]) -> bool {
     part.name == "striker_speed_error" && is_hard && offset > 0.0 && taken < LITTLE_CAP * offset
 }
 
-/// Whether the data exclude another effect in the place of a named one. Of effects that differ in form alone, and whose form is
-/// a choice of the library's, more is asked than odds.
+/// Whether the data exclude a rival in the place of a named effect. Where the two differ in form alone, which is a choice of the library's, more than
+/// the odds is asked.
 fn is_excluded(name: &str, evidence: f64, rival: &CandidateFit, thresholds: &Thresholds) -> bool {
     let share = if alike(name).contains(&rival.name) {
         thresholds.alike

@@ -26,7 +26,7 @@ const BUMPS: usize = 7;
 /// Bumps over the speeds or the angles that are commanded: a drive's error may wave along them.
 const COMMANDS: usize = 17;
 const PLANE: usize = 4;
-/// Standard deviation of starts in m below which they are one place.
+/// Standard deviation of starts, in m, below which they count as one place.
 const STARTS: f64 = 0.005;
 
 /// A bump's place, and the direction in which it acts.
@@ -36,14 +36,14 @@ type Place = (Point, Point);
 pub(crate) struct Bumps {
     places: Vec<Place>,
     pub(crate) moved: StrikeColumns,
-    /// Height that is neither small nor large.
+    /// Typical height.
     pub(crate) scale: f64,
-    /// Height of the bump that stands at the first place, at the second, on the table or among commands.
+    /// Height, at the second place, of the bump in the middle of which the first place is, on the table or among commands.
     shape: Box<dyn Fn(Point, Point) -> f64 + Send + Sync>,
 }
 
 impl Bumps {
-    /// How many.
+    /// Number of bumps.
     pub(crate) fn count(&self) -> usize {
         self.places.len()
     }
@@ -214,7 +214,7 @@ pub(crate) fn bumps<'a>(
     }
 }
 
-/// What a push stands for.
+/// Whether a push acts by itself or by friction.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Acts {
     /// A force that is there whatever the friction.
@@ -268,7 +268,7 @@ impl Builder<'_, '_, '_> {
         })
     }
 
-    /// The same over a plane, along each side of which bumps stand.
+    /// Launches by bumps on a grid over the plane of `of`, [`PLANE`] along each side.
     fn on_plane(&self, of: &dyn Fn(&Strike) -> Point) -> Bumps {
         let at: Vec<Point> = self.prepared.strikes.iter().map(|s| of(s)).collect();
         let across = line(at.iter().map(|at| at.x), PLANE);

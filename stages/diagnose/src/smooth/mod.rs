@@ -17,9 +17,8 @@ use crate::{
     strikes::PreparedStrikes,
 };
 
-/// What a wrong form of the effects held would leave: smooth dependences of their families, each as large as the marginal
-/// likelihood would have it. They stand beside a model while it is asked whether it lacks another effect. Friction of its own for each session is
-/// no form.
+/// Columns for what a wrong form of the effects held would leave: smooth dependences of their families, each as large as the marginal likelihood
+/// would have it. They stand beside a model while it is asked whether it lacks another effect. Friction of its own for each session is no form.
 pub(crate) fn family_columns(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,

@@ -4,9 +4,9 @@ use values::{Point, Rig};
 
 use super::frames::Frames;
 
-/// An object this near to a fence may touch it, in m.
+/// Distance, in m, within which an object may touch a fence.
 const NEAR_FENCE: f64 = 0.004;
-/// Places that are looked at on the way from one frame to the next.
+/// Number of places tried on the way from one frame to the next.
 const ON_THE_WAY: u32 = 8;
 
 /// The first frame whose object may have touched a fence.
@@ -27,7 +27,7 @@ pub(crate) fn reaches_fence(
     before: [Option<(f64, Point)>; 2],
     (now, point): (f64, Point),
 ) -> bool {
-    /// Slower by then, it need not have come so far, after this time in s.
+    /// Longest time, in s, over which the last speed is taken to go on: later the object is slower and need not have come so far.
     const LONGEST: f64 = 0.1;
     let reach = rig.object.solid.reach();
     let is_within = |point: Point, reach: f64| {

@@ -10,12 +10,12 @@ use crate::order::since;
 use crate::rejection::Rejection;
 use crate::robust::{median, median_point};
 
-/// Frames that come slower than this, in s, show no slide.
+/// Greatest time between frames, in s, that show a slide.
 const SLOWEST: f64 = 1.0 / 15.0;
 
-/// No more frames come around one command: 20 s of a camera at 2.5 kHz.
+/// Greatest number of frames around one command: 20 s of a camera at 2.5 kHz.
 const MOST_FRAMES: usize = 50_000;
-/// An interval this many times the usual one has frames missing.
+/// Ratio to the usual interval from which one has frames missing.
 const INTERVAL_WITH_GAP: f64 = 1.75;
 
 pub(crate) struct Frame {
@@ -26,7 +26,7 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// Of a centroid, in time since a stamp.
+    /// The frame of a centroid, its time in s since the stamp `start`.
     pub(crate) fn of(sample: &Sample, start: i64) -> Self {
         Self {
             stamp: sample.stamp,
@@ -39,9 +39,9 @@ impl Frame {
 /// The frames around one command.
 pub(crate) struct Frames<'a> {
     pub(super) rig: &'a Rig,
-    /// Those that do not jump away and back, and are not stale.
+    /// Frames that neither jump away and back nor are stale.
     pub(super) frames: Vec<Frame>,
-    /// Times of frames that do.
+    /// Times, in s, of frames that jump or are stale.
     pub(super) outliers: Vec<f64>,
     /// Times and places of frames off the table.
     off_table: Vec<(f64, Point)>,
@@ -128,7 +128,7 @@ impl<'a> Frames<'a> {
     /// The first of the frames from `first` on, before `until`, from which on the object is off the table, or seen no more; none where it
     /// stays, or comes back.
     pub(super) fn left_table(&self, first: usize, until: usize) -> Option<usize> {
-        /// So many frames in a row off the table are no frame that jumps.
+        /// Number of frames in a row off the table that are no tracker's jump.
         const STAYS: usize = 3;
         let is_off = |frame: &Frame| !self.rig.table.contains(frame.point);
         let left = (first..until).find(|at| is_off(&self.frames[*at]))?;
@@ -243,12 +243,12 @@ fn stale(frames: &[Frame], noise: f64, marked: &mut [bool]) {
 /// The step in which places lie, in m: where both coordinates are multiples of one length, or where places come again that were left, as
 /// pixels do behind any lens. 0 where neither is seen: what is measured on end never comes again.
 fn step(frames: &[Frame]) -> f64 {
-    /// So many changes of a coordinate show a grid, and so many places that come again a tracker that knows no others.
+    /// Number of changes of a coordinate that show a grid, and of places that come again that show a tracker which knows no others.
     const CHANGES: usize = 8;
     const AGAIN: usize = 3;
     let pairs = || frames.windows(2).map(|pair| (pair[0].point, pair[1].point));
     let grid = |of: fn(Point) -> f64| -> Option<f64> {
-        /// From a whole number of steps, in steps.
+        /// Greatest distance from a whole number of steps, in steps.
         const OFF: f64 = 0.01;
         let changes: Vec<f64> = pairs()
             .map(|(one, other)| (of(other) - of(one)).abs())

@@ -8,19 +8,19 @@ use values::{Point, Shape};
 use super::frames::Frame;
 use crate::robust::median;
 
-/// Velocities are taken over this time, in s, and no less than half of it.
+/// Time, in s, over which velocities are taken, and no less than half of it.
 const TIME: f64 = 0.06;
-/// A change so many times as fast as on the whole, and this much faster (m/s²), is no table's.
+/// Least ratio of a change of velocity to that on the whole, and least difference (m/s²), that is no table's.
 const HARDER: f64 = 4.0;
 const MARGIN: f64 = 2.0;
-/// No table brakes harder than this, in m/s²: all that is said of a ball, which slides before it rolls.
+/// Greatest deceleration by a table, in m/s²: all that is said of a ball, which slides before it rolls.
 pub(super) const BRAKES: f64 = 10.0;
-/// How a table brakes is seen in this time from the beginning, in s, or in all.
+/// Time from the beginning, in s, over which a table's braking is taken, as well as over the whole slide; the greater counts.
 const FIRST: f64 = 0.4;
-/// So many frames in a row show it.
+/// Number of frames in a row that show it.
 const IN_A_ROW: usize = 2;
 
-/// The frame from which on it may be held, if it ever is.
+/// Index of the frame from which on the object may be held, if it ever is.
 pub(crate) fn held(frames: &[Frame], shape: Shape) -> Option<usize> {
     let changes: Vec<Option<f64>> = (0..frames.len()).map(|at| change(frames, at)).collect();
     let first = frames.partition_point(|frame| frame.t - frames[0].t <= FIRST);
@@ -32,7 +32,7 @@ pub(crate) fn held(frames: &[Frame], shape: Shape) -> Option<usize> {
         .position(|row| row.iter().all(is_harder))
 }
 
-/// What no table brakes, in m/s², that brakes so much on the whole.
+/// Deceleration, in m/s², beyond that of any table that brakes so much on the whole.
 pub(super) fn no_table(usual: f64, shape: Shape) -> f64 {
     match shape {
         Shape::Sphere => BRAKES + MARGIN,

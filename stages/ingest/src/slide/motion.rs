@@ -8,11 +8,11 @@ use super::tolerances::{SURELY_AWAY, SURELY_AWAY_NOISE};
 use crate::rejection::Rejection;
 use crate::robust::median_point;
 
-/// Away from the frames right before, in noise deviations.
+/// Distance from the frames right before that shows motion, in noise deviations.
 const LEFT_NOISE: f64 = 5.0;
-/// The object moves at the latest this long after the command fell back, in s: a camera's and a recorder's delay.
+/// Latest first motion after the command fell back, in s: a camera's and a recorder's delay.
 const LATEST_MOTION: f64 = 0.5;
-/// What moves an object later than this after the command fell back is no strike, whatever the clocks, in s.
+/// Time, in s, after the command fell back from which what moves an object is no strike, whatever the clocks.
 const UNRELATED: f64 = 3.0;
 
 /// The first frame in motion.
@@ -70,7 +70,7 @@ fn follow_back(all: &[Frame], sure: usize, noise: f64) -> usize {
     const LEVEL_FRAMES: usize = 8;
     /// Frames of a line through the first motion.
     const LINE_FRAMES: usize = 4;
-    /// The line must meet the level this part of a frame before a frame for it to count.
+    /// Part of a frame by which the line must meet the level before a frame for that frame to count.
     const MARGIN: f64 = 0.25;
     let ahead = all[(sure + 2).min(all.len() - 1)].point;
     let level_before = |at: usize| {

@@ -5,19 +5,19 @@ use values::{Point, Shape};
 use super::frames::Frame;
 use crate::robust::median_point;
 
-/// Velocities are taken over this time, in s, and over as many frames at the least.
+/// Time, in s, over which velocities are taken, and over as many frames at the least.
 const TIME: f64 = 0.08;
 const FRAMES: usize = 4;
-/// Of noise are fewer standard errors than this, twice in a row.
+/// Standard errors that a change must have, twice in a row, to be no noise.
 const ERRORS: f64 = 5.0;
 const IN_A_ROW: usize = 2;
-/// Slopes, seams and spin change a velocity aside or ahead by less, in m/s².
+/// Rate, in m/s², below which slopes, seams or spin may change a velocity aside or ahead.
 const PUSHED: f64 = 1.0;
-/// On a slope, or as a shape turns, a speed may rise by as much in all: in m/s, and as a part of the greatest one.
+/// Greatest rise of the speed on a slope, or as a shape turns: in m/s, and as a part of the greatest one.
 const RISES: f64 = 0.06;
 const RISES_BY: f64 = 0.1;
 
-/// Slower than this, in m/s, it had as good as stopped.
+/// Speed, in m/s, below which an object has as good as stopped.
 const STANDS: f64 = 0.1;
 
 /// Where an object is pushed on.
@@ -39,7 +39,7 @@ struct Velocity {
 }
 
 impl Velocity {
-    /// Of a line through these frames by least squares; stamps that are off show as noise.
+    /// The velocity by a line through these frames (least squares); stamps that are off show as noise.
     fn over(all: &[Frame], frames: std::ops::Range<usize>, noise: f64) -> Option<Self> {
         let used = all.get(frames.clone())?;
         let count = used.len() as f64;
@@ -61,8 +61,8 @@ impl Velocity {
     }
 }
 
-/// Of frames from the moment on at which the arm has let go of the object; none where it slides as on a table. What pushes it on `ahead`, as it
-/// was struck, may be the arm that goes on behind it: that is the command's own doing.
+/// Where an object is pushed on, of frames from the moment on at which the arm has let go of the object; none where it slides as on a table. What
+/// pushes it on `ahead`, as it was struck, may be the arm that goes on behind it: that is the command's own doing.
 pub(super) fn pushed(frames: &[Frame], ahead: Point, noise: f64, shape: Shape) -> Option<Push> {
     // Spin drives a ball.
     if shape == Shape::Sphere {
@@ -93,7 +93,7 @@ fn is_ahead(change: Point, struck: Point) -> bool {
     change.dot(struck) > std::f64::consts::FRAC_1_SQRT_2 * change.norm() * struck.norm()
 }
 
-/// Where its velocity is changed aside or ahead.
+/// Index of the velocity that is changed aside or ahead.
 fn aside(velocities: &[Velocity], struck: Point) -> Option<usize> {
     let is_pushed = |one: &Velocity| {
         let next = velocities.get(one.frames.end - 1)?;
@@ -117,7 +117,7 @@ fn aside(velocities: &[Velocity], struck: Point) -> Option<usize> {
     Some(velocities[at].frames.end - 1)
 }
 
-/// Where it was slowest before it speeds up.
+/// The slowest velocity before the object speeds up.
 fn speeds_up(velocities: &[Velocity], ahead: Point) -> Option<&Velocity> {
     let speed = |velocity: &Velocity| velocity.v.norm();
     let fastest = velocities.iter().map(speed).fold(0.0, f64::max);

@@ -7,23 +7,23 @@ use super::tolerances::{AT_PLACE_NOISE, GAP_AT_IMPACT, REST_BEFORE};
 use crate::rejection::Rejection;
 use crate::robust::{mean_near_median, median_point, spread};
 
-/// The initial position is taken from this time before first motion, in s.
+/// Time, in s, before first motion over which the initial position is taken.
 const INITIAL_TIME: f64 = 0.3;
-/// An object that lies still this long has come to rest, in s.
+/// Time, in s, that an object must lie still to have come to rest.
 const REST_AFTER: f64 = 0.25;
-/// The stop is taken from at most this time of rest, in s, without its first part, in which the last creep may be.
+/// Longest time of rest from which the stop is taken, in s, without its first part, in which the last creep may be.
 const STOP_TIME: f64 = 0.6;
 const CREEP_TIME: f64 = 0.08;
-/// Rest needs as many frames, whatever the camera's rate.
+/// Least number of frames of a rest, whatever the camera's rate.
 const REST_FRAMES: usize = 4;
-/// Trackers shift by as much when a marker is lost: less is no motion, in m.
+/// Distance, in m, by which trackers shift when a marker is lost: less is no motion.
 const WANDER: f64 = 0.002;
-/// A camera's noise may be this many times what its rig file says, and no more.
+/// Greatest ratio of a camera's noise to what its rig file says.
 pub(crate) const NOISIER: f64 = 3.0;
-/// An object struck leaves at this part of the robot's slowest strike at least; a hand's carrying is slower.
+/// Least speed of a struck object, as a part of the robot's slowest strike; a hand's carrying is slower.
 const STRUCK: f64 = 0.5;
 
-/// Where the object lies before, and how noisy that is.
+/// Place of the object before the strike, and its noise.
 pub(super) struct Rest {
     pub(super) place: Point,
     /// Standard deviation of a coordinate, in m.
@@ -78,7 +78,7 @@ pub(super) fn rest_before(frames: &Frames<'_>) -> Result<Rest, Rejection> {
     Err(Rejection::new(RejectReason::NoRestBefore, detail))
 }
 
-/// When the object last left a rest before the command's rise, if it did so as fast as one that is struck.
+/// Time, in s, at which the object last left a rest before the command's rise, if it did so as fast as one that is struck.
 fn struck_before(frames: &Frames<'_>, noise: f64) -> Option<f64> {
     /// Frames over which its speed is taken.
     const SPEED_FRAMES: usize = 5;
@@ -92,7 +92,7 @@ fn struck_before(frames: &Frames<'_>, noise: f64) -> Option<f64> {
     (speed >= STRUCK * frames.rig.robot.speed.low).then_some(all[left].t)
 }
 
-/// Where the object rests right before it moves.
+/// Place of the object right before it moves, in m.
 pub(super) fn initial(frames: &Frames<'_>, rest: &Rest, first: usize) -> Result<Point, Rejection> {
     let from = frames.at(frames.frames[first].t - INITIAL_TIME);
     let points = frames.points(from, first);

@@ -9,21 +9,21 @@ use super::frames::Frame;
 use super::held::{BRAKES, no_table};
 use crate::robust::median_point;
 
-/// Frames before the rest that are looked at, and after it, in s.
+/// Time, in s, before the rest and after it over which frames are used.
 const BEFORE: f64 = 0.3;
 const AFTER: f64 = 0.1;
 /// The moment at which an even braking ends is looked for from so long before the last frame in motion, in s, in steps of this.
 const SOONER: f64 = 0.05;
 const STEP: f64 = 0.002;
-/// It brakes harder than any table for no longer than this, in s.
+/// Longest time, in s, of a braking harder than any table's.
 const LONGEST: f64 = 0.12;
-/// As many frames that still move are needed.
+/// Least number of frames that still move.
 const FEWEST: usize = 2;
-/// The sum of squares is better by so many squares of the noise (4 standard errors).
+/// Least improvement of the sum of squares, in squares of the noise (4 standard errors).
 const BETTER: f64 = 16.0;
 /// Standard errors by which the table may brake harder than it seems.
 const UNSURE: f64 = 2.0;
-/// Slower than this, in m/s, what is caught is as good as at rest.
+/// Speed, in m/s, below which what is caught is as good as at rest.
 const SLOWEST: f64 = 0.1;
 
 /// The frames up to a rest, as distances before the stop.
@@ -34,13 +34,13 @@ struct Approach {
 
 /// A way to the stop that ends at once.
 struct AtOnce {
-    /// When, in s.
+    /// Moment at which it ends, in s.
     moment: f64,
-    /// Of squares that it leaves, in m².
+    /// Sum of squared distances that it leaves, in m².
     sum: f64,
-    /// At that moment, in m/s.
+    /// Speed at that moment, in m/s.
     speed: f64,
-    /// In m/s², with its standard error for a noise of one.
+    /// Deceleration until then, in m/s², with its standard error for a noise of one.
     braking: f64,
     braking_error: f64,
 }
@@ -91,10 +91,11 @@ pub(super) fn stopped(
 /// Where an object that had as good as stopped goes on: the frame at which it was slowest, and its place then. A table never does that, and an
 /// arm that goes on behind an object that slides leaves it no time to stop.
 pub(super) fn carried_on(frames: &[Frame]) -> Option<(usize, Point)> {
-    /// Speeds are taken over this time, in s, and over as many frames.
+    /// Time, in s, over which speeds are taken, and over as many frames.
     const TIME: f64 = 0.06;
     const FRAMES: usize = 3;
-    /// Slower than this part of its fastest, it has as good as stopped; faster than this one, it goes on, for as many frames.
+    /// Share of its fastest speed below which an object has as good as stopped; share above which it goes on; and the number of frames that show
+    /// that.
     const STOPS: f64 = 0.1;
     const GOES_ON: f64 = 0.25;
     const IN_A_ROW: usize = 4;
@@ -141,7 +142,7 @@ pub(super) fn carried_on(frames: &[Frame]) -> Option<(usize, Point)> {
 }
 
 impl Approach {
-    /// Braked evenly until a moment, and then at the stop.
+    /// Fits an even braking up to a moment, at which the object stands at the stop at once.
     fn at_once(&self, moment: f64) -> Option<AtOnce> {
         // Distances v·s + a·s²/2, s the time before the moment.
         let (mut xx, mut xz, mut zz, mut xd, mut zd, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0, 0);
@@ -175,7 +176,7 @@ impl Approach {
         })
     }
 
-    /// Braked evenly until a moment, from which on it is braked as hard as this to the stop, for this time: the sum of squares.
+    /// Sum of squares of an even braking until a moment, and from then on, for this time, one as hard as `hardest` (m/s²) to the stop.
     fn braked(&self, moment: f64, time: f64, hardest: f64) -> Option<f64> {
         let (speed, way) = (hardest * time, 0.5 * hardest * time * time);
         let (mut zz, mut zd, mut count) = (0.0, 0.0, 0);

@@ -21,7 +21,7 @@ fn records(bytes: &[u8]) -> Vec<usize> {
     begins
 }
 
-/// The same messages without compression: each is a record of its own.
+/// A log with its messages rewritten uncompressed, so that each is found as a record of its own.
 fn unpacked(log: &[u8]) -> Vec<u8> {
     let options = mcap::WriteOptions::new().compression(None);
     let mut file = std::io::Cursor::new(Vec::new());

@@ -100,7 +100,7 @@ fn frames_that_jump_away_change_nothing_and_are_reported() {
     noted(&outcome, "jump away");
 }
 
-/// The same messages in another file: JSON, uncompressed, one topic after the other, received an hour later.
+/// A session's messages as a second log: JSON, uncompressed, one topic after the other where `topics_apart`, received an hour later.
 fn as_json(samples: &Samples, topics_apart: bool) -> Vec<u8> {
     let mut file = std::io::Cursor::new(Vec::new());
     let mut writer = mcap::WriteOptions::new()

@@ -54,7 +54,8 @@ pub(crate) struct ScanCheck {
     header: Header,
     /// A scan's entropy-coded bytes.
     bytes: Vec<u8>,
-    /// Of each component, and each of its blocks, the coefficients of a progressive image that are known: not zero in a scan before.
+    /// For each component and each of its blocks, a bit for each of the coefficients of a progressive image that are known: not zero in a scan
+    /// before.
     known: Vec<Vec<u64>>,
 }
 

@@ -22,7 +22,7 @@ pub(super) struct Coefficients<'a> {
     pub(super) band: [u32; 2],
     /// Whether the scan brings the next bit of those that are known, and others that become known by it.
     pub(super) refines: bool,
-    /// Of each block which coefficients are not zero as far as is known, one bit each; those of this scan not yet passed.
+    /// For each block, which coefficients are not zero as far as is known, one bit each; those of this scan not yet passed.
     pub(super) known: std::slice::IterMut<'a, u64>,
     /// Blocks to come that have no new coefficients.
     pub(super) empty: u32,

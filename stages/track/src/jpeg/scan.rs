@@ -9,7 +9,7 @@ const RESTARTS: [u8; 2] = [0xd0, 0xd7];
 
 /// What a scan's units are made of.
 pub(super) enum Scan<'a> {
-    /// Of each component, all coefficients.
+    /// All coefficients, for each component.
     Baseline(Vec<Blocks<'a>>),
     Progressive(Pass<'a>),
 }

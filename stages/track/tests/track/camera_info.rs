@@ -9,7 +9,8 @@ use render::Optics;
 use track::{Reason, TrackError, track_log};
 use values::Point;
 
-/// The same up to its projection.
+/// `sensor_msgs/msg/CameraInfo` of 320 × 240 pixels up to its projection P: distortion of `plumb_bob`, K = `matrix`, P's focal lengths and principal
+/// point.
 fn rectified(distortion: &[f64], matrix: [f64; 4], [fx, fy, cx, cy]: [f64; 4]) -> Vec<u8> {
     let mut wire = Wire(info("plumb_bob", distortion, matrix, [320, 240]), true);
     let rotation = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];

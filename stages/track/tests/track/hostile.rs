@@ -14,7 +14,7 @@ use values::{Point, Shape};
 const WRONG: f64 = 0.003;
 /// Scenes of each kind, for each of three shapes.
 const SCENES: usize = 20;
-/// Of these scenes some 260 show one object, half of it or more: in so many of them, at the least, its centre can be told.
+/// Least number of scenes in which the object's centre must be told: some 260 show one object, half of it or more.
 const GIVEN: usize = 140;
 
 #[test]

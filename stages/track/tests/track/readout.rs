@@ -8,7 +8,7 @@ use render::{Moment, Optics, Renderer, Scene};
 use track::{FrameReport, QUALITY_TOPIC, TrackOutcome, track_log};
 use values::{Point, Shape};
 
-/// Of a log that lasts less than a second.
+/// Time from frame to frame, in s, of a log that lasts less than a second.
 const PERIOD: f64 = 1.0 / 65.0;
 /// Frames of a strike: it rests, moves and rests.
 const FRAMES: usize = 16;

@@ -95,7 +95,7 @@ fn an_image_that_was_dropped_is_noticed() {
 
 #[test]
 fn a_video_with_b_frames_is_refused() {
-    /// Of a slice of an image that builds on others, and the bit of its header by which P and B differ.
+    /// Beginning of a slice of an image that builds on others, and the bit of its header by which P and B differ.
     const SLICE: &[u8] = &[0, 0, 1, 0x41];
     const KIND: u8 = 0b100;
     let images = images();

@@ -161,7 +161,7 @@ impl Maker {
         rig
     }
 
-    /// Such an arm, near the start of the plan.
+    /// The emulator's model of this maker's arm, near the start of the plan.
     pub fn model(self) -> Model {
         match self {
             Self::XArm => model(),
@@ -184,7 +184,7 @@ impl Maker {
         }
     }
 
-    /// Strikes with such an arm, from the connection on.
+    /// Connects to an emulated arm of this maker and makes the plan's strike: its record, or why there is none.
     pub fn strike(
         self,
         emulator: &Emulator,
@@ -211,7 +211,7 @@ impl Maker {
         self.run_of(self.model(), fault, plan)
     }
 
-    /// The same of this arm of the maker.
+    /// Makes the plan's strike with an emulated arm of this model: the emulator, and what came of the strike.
     pub fn run_of(
         self,
         model: Model,

@@ -46,7 +46,7 @@ fn gather(
     gather_by(SystemTime::now, lab, rig, folder, strikes, report)
 }
 
-/// The same by another clock of the day.
+/// Gathers strikes, stamped by `clock`, until `report` says that it is over.
 fn gather_by(
     clock: fn() -> SystemTime,
     (emulator, url, memory): &Lab,

@@ -345,7 +345,7 @@ fn fails(serve: impl FnOnce(TcpStream, &Over) + Send + 'static, said: &str) {
     assert!(begun.elapsed() < HANGS, "{said}");
 }
 
-/// The same once the WebSocket is open.
+/// Whether connecting to a server that does this once the WebSocket is open fails with a text that holds `said`.
 fn fails_then(serve: impl FnOnce(WebSocket<TcpStream>, &Over) + Send + 'static, said: &str) {
     fails(
         move |stream, over| {

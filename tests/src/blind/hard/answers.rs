@@ -186,7 +186,7 @@ fn says(named: &Named, hidden: &str) -> bool {
     right.contains(&name.as_str()) || equivalent.iter().any(|e| right.contains(&e.as_str()))
 }
 
-/// How many of the hidden phenomena are said, each by a named effect of its own.
+/// Number of hidden phenomena that are said, each by a named effect of its own.
 pub fn said(hidden: &[String], named: &[Named]) -> usize {
     // So few of both that all assignments can be tried.
     match hidden.split_first() {

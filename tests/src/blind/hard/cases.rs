@@ -90,7 +90,7 @@ pub fn hard_cases(sets: usize, first: u64) -> Vec<HardCase> {
         .collect()
 }
 
-/// Of the sets, the share that strikes a box, that is made in one session, and whose camera has a wrong scale.
+/// Shares of the sets that strike a box, that are made in one session, and whose camera has a wrong scale.
 const BOXES: f64 = 0.3;
 const ONE_SESSION: f64 = 0.3;
 const WRONG_SCALE: f64 = 0.1;

@@ -13,7 +13,7 @@ use super::kind::HardKind;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Design {
-    /// As the demo's: start, speed and angle at random; 40 to 160 strikes.
+    /// Strikes as in the demo: start, speed and angle at random; 40 to 160 strikes.
     Random,
     /// At random, 25 strikes.
     Few,
@@ -48,7 +48,7 @@ pub const DESIGNS: [Design; 10] = [
     Design::Sweep,
 ];
 
-/// So many of them vary everything.
+/// Number of designs that vary everything.
 const WIDE: usize = 5;
 
 /// Share of the sets in the demo's design: of those that hide nothing, and of the others.
@@ -134,7 +134,7 @@ fn stays(truth: &Truth, strike: &PlannedStrike) -> bool {
     })
 }
 
-/// The same start, put down anew.
+/// A planned strike whose object is put down anew at its start, up to [`PUT_DOWN`] (m) off along x and y.
 fn put_down(at: &PlannedStrike, random: &mut ChaCha8Rng) -> PlannedStrike {
     PlannedStrike {
         x0: at.x0 + uniform(random, -PUT_DOWN, PUT_DOWN),

@@ -23,7 +23,7 @@ pub enum HardKind {
     Odd,
 }
 
-/// Of each twenty sets, how many of each kind.
+/// Number of sets of each kind among twenty.
 pub(super) const OF_TWENTY: [(HardKind, usize); 8] = [
     (HardKind::Control, 8),
     (HardKind::Single, 3),

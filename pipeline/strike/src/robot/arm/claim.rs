@@ -6,11 +6,11 @@ use std::os::unix::net::{SocketAddr, UnixListener};
 use std::thread;
 use std::time::Duration;
 
-/// What a program held that has just ended is let go a moment later: by a process that it was starting, or by a controller that has not
-/// noticed yet. It is asked for so often, and so long apart: for 0.3 s.
+/// Number of tries, and the time between two, 0.3 s in all: what a program held that has just ended is let go a moment later, by a process that it
+/// was starting, or by a controller that has not noticed yet.
 const LET_GO: (u32, Duration) = (30, Duration::from_millis(10));
 
-/// Takes what one program at a time has. Errors with `ResourceBusy` where another one keeps it.
+/// Takes what one program at a time may hold, in several tries. Errors with `ResourceBusy` where another one keeps it.
 pub(super) fn once_free<T>(mut take: impl FnMut() -> io::Result<T>) -> io::Result<T> {
     let (times, apart) = LET_GO;
     for _ in 0..times {

@@ -11,7 +11,7 @@ pub(crate) const CONNECT: Duration = Duration::from_secs(2);
 /// How long a socket may refuse a frame of some hundred bytes.
 const SEND: Duration = Duration::from_millis(50);
 
-/// Nothing came within a socket's time.
+/// Whether an error means that nothing came within a socket's time.
 pub(crate) fn is_nothing_yet(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     matches!(error.kind(), WouldBlock | TimedOut | Interrupted)
@@ -115,7 +115,7 @@ pub(crate) fn version_in(text: &str) -> Option<(u32, u32)> {
     })
 }
 
-/// What came and makes no sense.
+/// The error of received data that makes no sense.
 pub(crate) fn garbage(why: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, why.into())
 }

@@ -11,7 +11,7 @@ use super::connection::garbage;
 use super::outlet::Outlet;
 use super::turn::Turn;
 
-/// Where the tip is, and how it is turned.
+/// Position and orientation of the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// x, y, z in m.
@@ -21,7 +21,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// x, y, z in m, and a rotation vector.
+    /// A pose from x, y, z in m and a rotation vector in rad.
     pub(crate) fn by_vector([x, y, z, turn @ ..]: [f64; 6]) -> Self {
         Self {
             at: [x, y, z],
@@ -29,7 +29,7 @@ impl Pose {
         }
     }
 
-    /// The same, where it is of numbers.
+    /// Itself if every number is finite; an error otherwise.
     pub(crate) fn checked(self) -> io::Result<Self> {
         let is_finite = self.at.iter().all(|v| v.is_finite()) && self.turn.is_finite();
         is_finite
@@ -68,13 +68,13 @@ impl fmt::Display for Said {
 /// Whether a controller takes lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Condition {
-    /// It takes them, and moves on none.
+    /// The controller takes lines, and moves on none.
     Ready,
-    /// It moves.
+    /// The controller moves the arm.
     Moving,
-    /// It was stopped, or not made ready yet: a new call may make it ready.
+    /// The controller was stopped, or not made ready yet: a new call may make it ready.
     Stopped(Said),
-    /// Another program, a pause or a fault holds it: a person must release it.
+    /// Another program, a pause or a fault holds the controller: a person must release it.
     Held(Said),
 }
 
@@ -105,7 +105,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// The same, where it is of numbers.
+    /// Itself if every number is finite; an error otherwise.
     pub(crate) fn checked(self) -> io::Result<Self> {
         self.pose.checked()?;
         let mut numbers = self.velocity.iter().chain(self.wanted.iter().flatten());
@@ -116,22 +116,22 @@ impl Report {
     }
 }
 
-/// Reports, one after another.
+/// A stream of reports.
 pub trait Reports: Send {
     /// The next one; it may wait for a second. Errors where it makes no sense or none comes any more.
     fn next(&mut self) -> io::Result<Report>;
 }
 
-/// What an arm can do at the most. Controllers clamp in silence what is above.
+/// Greatest speed, acceleration and jerk of an arm's lines. Controllers clamp in silence what is above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmLimits {
     /// m/s.
     pub speed: f64,
     /// m/s².
     pub acceleration: f64,
-    /// m/s³; none for an arm whose lines change their acceleration at once.
+    /// Greatest jerk, in m/s³; none for an arm whose lines change their acceleration at once.
     pub jerk: Option<f64>,
-    /// A line begins within this time of being sent.
+    /// Time within which a line begins after it was sent.
     pub start: Duration,
 }
 
@@ -144,7 +144,7 @@ pub struct Identity {
     pub limits: ArmLimits,
 }
 
-/// What a controller is set to and in.
+/// Settings and state of a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
     /// Whether motors are enabled and brakes released.
@@ -163,7 +163,7 @@ pub struct Status {
 }
 
 impl Status {
-    /// Of an arm that is enabled, has a tool of a mass (kg), no fence of its own, and no settings that a strike changes.
+    /// The status of an arm that is enabled, has a tool of a mass (kg), no fence of its own, and no settings that a strike changes.
     pub(crate) fn enabled(tool: Pose, payload: f64, wrong: Vec<String>) -> Self {
         Self {
             is_enabled: true,
@@ -188,7 +188,7 @@ pub struct LineRequest {
 }
 
 impl LineRequest {
-    /// Places (m) on it so far apart at the most, from where it begins on; its end is the last one.
+    /// Places (m) on the line at most `apart` (m) from one another, from where it begins on; its end is the last one.
     pub(crate) fn places(&self, from: [f64; 3], apart: f64) -> impl Iterator<Item = [f64; 3]> {
         let to = self.to.at;
         let steps = (distance(from, to) / apart).ceil().max(1.0) as u32;
@@ -198,7 +198,7 @@ impl LineRequest {
         })
     }
 
-    /// Whether it is of numbers: nothing else goes to an arm.
+    /// Whether every number is finite: nothing else goes to an arm.
     pub(crate) fn is_finite(&self) -> bool {
         self.to.checked().is_ok() && self.speed.is_finite() && self.acceleration.is_finite()
     }
@@ -230,16 +230,16 @@ pub trait Arm: Sized + Send {
     /// is read, until the outlet was stopped: a stop that is lost is then the controller's own.
     fn reports(&self) -> io::Result<Box<dyn Reports>>;
 
-    /// Where its requests go out, and its stop.
+    /// The connections over which its requests and its stop are sent.
     fn outlet(&self) -> &Outlet;
 
     /// Which arm it is. The inner error says that this arm or its software is not driven.
     fn identify(&mut self) -> io::Result<Result<Identity, String>>;
 
-    /// What it is set to.
+    /// The controller's settings and state.
     fn status(&mut self) -> io::Result<Status>;
 
-    /// Where the tip is, asked apart from the stream.
+    /// The tip's pose, asked for apart from the stream of reports.
     fn pose(&mut self) -> io::Result<Pose>;
 
     /// Makes it ready for lines; moves nothing. `go_on` is asked right before a stop would be taken back: it errors where somebody has

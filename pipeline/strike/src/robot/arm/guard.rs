@@ -5,32 +5,32 @@ use std::time::Instant;
 use super::driver::{Condition, Report, distance, norm};
 use super::line::Line;
 
-/// The tip may be so far beside its line, in m.
+/// Greatest distance of the tip from its line, in m.
 pub(crate) const ASIDE: f64 = 0.005;
 /// What is kept clear beside the tip, in m: what it may be off its line, and 2 mm in which it brakes from the fastest that it may leave it
 /// (0.1 m/s, 5 ms until the stop is sent, and 4 m/s² from there).
 pub(crate) const MARGIN: f64 = ASIDE + 0.002;
-/// It may leave its line so fast, in m/s, and as a share of the line's speed.
+/// Greatest speed at which the tip may leave its line, in m/s, and as a share of the line's speed.
 const DRIFT: (f64, f64) = (0.05, 0.05);
-/// It may be so much faster than commanded, as a share, and in m/s.
+/// Greatest excess over the commanded speed, as a share, and in m/s.
 const FASTER: (f64, f64) = (0.10, 0.010);
-/// At the point where the striking speed must be reached, it may lack this share of it.
+/// Share of the striking speed that the tip may lack at the point where it must be reached.
 const SLOWER: f64 = 0.05;
-/// A report may come so much later, in s, than the quickest of the last ones.
+/// Greatest delay of a report, in s, after what the quickest of the last ones took.
 const LATE: f64 = 0.05;
-/// On its line, the tip may be so much later, in s, than where it was when it was quickest, and this far, in m, behind that.
+/// Greatest lag of the tip on its line: in s, behind when it was quickest, and in m, behind that.
 const BEHIND: (f64, f64) = (0.04, 0.0005);
-/// Where its ramp has come so far, in m, since the latest moment that a line may begin, a tip that has not come so far, in m, stands still.
+/// Distances in m: a tip that has gone less than the second, where its ramp, begun at the latest moment, has gone the first, stands still.
 const STANDS: (f64, f64) = (0.0002, 0.00005);
-/// And so much earlier, in s, and this far ahead, in m, of what its limits allow.
+/// Greatest lead of the tip on its line: in s, before what its limits allow, and in m, ahead of that.
 const AHEAD: (f64, f64) = (0.02, 0.003);
-/// Within so many m of a line's ends, a place says little of the time.
+/// Distance in m from a line's ends within which a place says little of the time.
 const ENDS: f64 = 0.001;
-/// The tip may be turned by so much from its orientation while it moves, in rad.
+/// Greatest turn of the tip from its orientation while it moves, in rad.
 const TURNED: f64 = 0.03;
-/// At rest at the end of its line: within m, slower than m/s, in so many reports one after another.
+/// When the tip is at rest at the end of its line: within m, slower than m/s, in so many reports one after another.
 const ARRIVED: (f64, f64, u32) = (0.0005, 0.002, 5);
-/// While it is to rest, it stays within so many m.
+/// Greatest motion, in m, of an arm that is to rest.
 pub(super) const STILL: f64 = 0.001;
 
 /// A report and when it came.
@@ -46,12 +46,12 @@ pub(super) struct Sample {
 #[derive(Debug)]
 pub(super) enum Guard {
     Line(Box<OnLine>),
-    /// Rest, where the first report finds it.
+    /// The arm must rest where the first report finds it.
     Rest(Option<[f64; 3]>),
 }
 
 impl Guard {
-    /// Whether a report keeps to it. Errors with what does not.
+    /// Checks a report against what the arm may do. Errors with what does not keep to it.
     pub(super) fn judge(&mut self, sample: &Sample) -> Result<(), String> {
         match self {
             Self::Line(line) => line.judge(sample),
@@ -83,9 +83,10 @@ pub(super) struct OnLine {
     sent: Instant,
     /// The report before the one to be judged.
     before: Option<Sample>,
-    /// By how much, in s, the line began after it was sent, as the quickest report shows.
+    /// By how much, in s, the line began after it was sent, as the tip's place in the quickest report shows; none before one does.
     began: Option<f64>,
-    /// The same of where the controller wants the tip, where its reports say that.
+    /// By how much, in s, the line began after it was sent, as the controller's wanted places of the tip show; none where its reports do not hold
+    /// them.
     wanted: Option<f64>,
     was_reached: bool,
     at_end: u32,
@@ -109,7 +110,7 @@ impl OnLine {
         self.sent
     }
 
-    /// Whether the tip has come along it.
+    /// Whether the tip has been seen to move along the line.
     pub(super) fn has_begun(&self) -> bool {
         self.began.is_some()
     }
@@ -203,7 +204,7 @@ impl OnLine {
         Ok(())
     }
 
-    /// The tip does not move away from its line.
+    /// Checks that the tip does not move away from its line.
     fn judge_drift(&self, report: &Report) -> Result<(), String> {
         let length = self.line.length().max(1e-9);
         let direction: [f64; 3] =
@@ -229,8 +230,8 @@ impl OnLine {
         so_far.into_iter().chain(began).reduce(f64::min)
     }
 
-    /// The tip is where its ramp lets it be, `time` seconds after the line was sent. One check catches a line that begins late, reports that
-    /// are late all along, a place that stands still while its clock runs, and an arm that is slower or faster than its ramp.
+    /// Checks that the tip is where its ramp lets it be, `time` seconds after the line was sent. One check catches a line that begins late, reports
+    /// that are late all along, a place that stands still while its clock runs, and an arm that is slower or faster than its ramp.
     fn judge_progress(&mut self, time: f64, along: f64) -> Result<(), String> {
         let profile = self.line.profile;
         let (early, ahead) = AHEAD;
@@ -270,10 +271,10 @@ impl OnLine {
     }
 }
 
-/// The controller's clock on this computer's: reports take some time to come, the quickest the least.
+/// Maps the controller's clock to this computer's: reports take some time to come, the quickest the least.
 #[derive(Debug, Default)]
 pub(super) struct Clocks {
-    /// Of the last two spans of time: when the span began, and the quickest pair of clocks in it.
+    /// For each of the last two spans of time: when the span began, and the quickest pair of clocks in it.
     spans: [Option<Span>; 2],
 }
 
@@ -284,7 +285,7 @@ struct Span {
     clock: f64,
 }
 
-/// Clocks drift apart by less than a millisecond in such a span, in s.
+/// Length of a span, in s: clocks drift apart by less than a millisecond in it.
 const SPAN: f64 = 5.0;
 
 impl Clocks {

@@ -25,32 +25,32 @@ use crate::Plan;
 use crate::epoch::Epoch;
 use crate::robot::{Robot, RobotError, StrikeRecord};
 
-/// A line may take this share and this many seconds longer than planned.
+/// Excess over its planned time that a line may take: as a share, and in s.
 const LONGER: (f64, f64) = (0.5, 1.0);
-/// The controller settles after it was made ready within this time.
+/// Time within which the controller settles after it was made ready.
 const READY: Duration = Duration::from_secs(2);
-/// A report comes within this time.
+/// Time within which a report must come.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// After a stop: rest is asked for anew so often, a person is told after, and it is given up after.
+/// After a stop: the time between two questions for rest, that after which a person is told, and that after which it is given up.
 const AGAIN: Duration = Duration::from_millis(50);
 const TELL: Duration = Duration::from_millis(400);
 const GIVE_UP: Duration = Duration::from_millis(1_500);
-/// An arm that was sent a line and has not answered is watched, and stopped again and again, for so long: the line may come late.
+/// How long an arm that was sent a line and has not answered is watched, and stopped again and again: the line may come late.
 const ON_ITS_WAY: Duration = Duration::from_secs(3);
 /// How long a new connection may take to ask after a stop.
 const QUICK: Duration = Duration::from_millis(100);
-/// A pose that is asked for and the reports agree within m and rad.
+/// Differences in m and rad within which a pose that is asked for and the reports agree.
 const SAME: (f64, f64) = (0.001, 0.01);
-/// Slower than this, in m/s, is rest.
+/// Speed, in m/s, below which the arm is at rest.
 const SLOW: f64 = 0.001;
-/// Positions of an arm at rest lie within so many m over so many questions.
+/// Greatest distance in m between positions of an arm at rest, and the number of questions for them.
 const REST: (f64, u32) = (0.0003, 4);
-/// The delivered speed may differ from the commanded one by this share before it is reported.
+/// Difference of the delivered speed from the commanded one, as a share, from which it is reported.
 const SPEED_WARNING: f64 = 0.01;
-/// Shorter lines than this, in m, are not moved.
+/// Length, in m, below which a line is not moved.
 const SHORTEST: f64 = 0.0002;
 
-/// When it is looked whether the object still lies where the strike was planned for.
+/// When to check that the object still lies where the strike was planned for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     /// Before the tip goes down.
@@ -59,7 +59,7 @@ pub enum Look {
     BeforeStrike,
 }
 
-/// Looks, and returns why the tip must not go down or strike.
+/// The check of the object; errors with why the tip must not go down or strike.
 struct LookFirst(Box<dyn FnMut(Look) -> Result<(), String> + Send>);
 
 impl fmt::Debug for LookFirst {
@@ -68,7 +68,7 @@ impl fmt::Debug for LookFirst {
     }
 }
 
-/// What was to be done, and why it was not.
+/// The step that failed, and why.
 type Undone = (&'static str, String);
 
 /// An arm, connected and claimed.
@@ -83,17 +83,17 @@ pub struct Guarded<D: Arm> {
     watch: Watch,
     interrupted: Arc<AtomicBool>,
     is_moving: bool,
-    /// It was found ready, or made so, in this call: whoever stops it from then on is in charge.
+    /// Whether the arm was found ready, or made so, in this call: whoever stops it from then on is in charge.
     was_ready: bool,
     /// What the controller was set to before a strike changed it.
     before: Option<Status>,
-    /// A line was sent and not answered: it may still be on its way.
+    /// Whether a line was sent and not answered: it may still be on its way.
     is_unanswered: bool,
     /// When the strike's line was accepted.
     begun: Option<Instant>,
-    /// Where carom left the tip in a strike that was not ended; none where it did not.
+    /// Height at which carom left the tip in a strike that was not ended; none where it did not.
     left: Option<Height>,
-    /// A line was sent in this strike.
+    /// Whether a line was sent in this strike.
     has_moved: bool,
     look: Option<LookFirst>,
     pause: Duration,
@@ -168,18 +168,18 @@ impl<D: Arm> Guarded<D> {
         self
     }
 
-    /// Whoever is told to step back has so long until anything moves. Without it nobody is, but that the arm moves now.
+    /// Sets the time that whoever is told to step back has until anything moves. Where it is not set, a person is told only that the arm moves now.
     pub fn pause(&mut self, pause: Duration) -> &mut Self {
         self.pause = pause;
         self
     }
 
-    /// Stops the arm where the object is seen moved while the tip runs up to it.
+    /// A handle that stops the arm where the object is seen moved while the tip runs up to it.
     pub(crate) fn run_up(&self) -> RunUp {
         self.watch.run_up()
     }
 
-    /// Stops the arm from any thread, while it strikes too.
+    /// A handle that stops the arm from any thread, while it strikes too.
     pub fn stop_handle(&self) -> Outlet {
         self.driver.outlet().clone()
     }
@@ -197,22 +197,22 @@ impl<D: Arm> Guarded<D> {
         unreachable_arm(&self.name, error)
     }
 
-    /// Where the tip may begin beside travel height: where carom left it.
+    /// Sets the height at which the tip may begin other than travel height: where carom left it.
     pub(crate) fn resumes_from(&mut self, left: Option<Height>) {
         (self.left, self.has_moved) = (left, false);
     }
 
-    /// How high the tip is in a strike.
+    /// Height of the tip in a strike.
     pub(crate) fn low_height(&self) -> Height {
         self.setup.low_height()
     }
 
-    /// Whether a line was sent since then.
+    /// Whether a line was sent in the last strike.
     pub(crate) fn has_moved(&self) -> bool {
         self.has_moved
     }
 
-    /// How high the tip is, and whether it came to where it was to touch the object, as a person is told; none where no report comes.
+    /// Height of the tip, and whether it came to where it was to touch the object, as a person is told; none where no report comes.
     pub(crate) fn left(&self, plan: &Plan) -> Option<(Height, String)> {
         let at = self.watch.next(PATIENCE).ok()?.report.pose.at;
         let on_table = self.setup.on_table(at);
@@ -228,8 +228,7 @@ impl<D: Arm> Guarded<D> {
         Some((self.setup.height(at), told))
     }
 
-    /// Whether what is known before there is a plan is as the rig file says: settings, how the tool points, how high it stands. Moves
-    /// nothing.
+    /// Checks whether what is known before there is a plan is as the rig file says: settings, how the tool points, how high it stands. Moves nothing.
     pub(crate) fn is_set_up(&mut self) -> Result<(), RobotError> {
         let status = self.checked_status();
         let status = status.map_err(|error| self.unreachable(&error))?;
@@ -246,7 +245,7 @@ impl<D: Arm> Guarded<D> {
         self.setup.check_height(pose, self.left)
     }
 
-    /// Whether its reports still come, and nobody has stopped or taken it since this program was started. Waits for nothing.
+    /// Checks that reports still come, and nobody has stopped or taken it since this program was started. Waits for nothing.
     pub(crate) fn is_free(&self) -> Result<(), RobotError> {
         let comes = self.watch.broken().map_or(Ok(()), Err);
         let free = comes.and_then(|()| self.is_nobodys());
@@ -281,7 +280,7 @@ impl<D: Arm> Guarded<D> {
         Ok(())
     }
 
-    /// The arm at rest, as reports show it, and that nobody has stopped it since it was ready. Moves nothing.
+    /// Checks that reports show the arm at rest, and that nobody has stopped it since it was ready. Moves nothing.
     fn at_rest(&self) -> Result<Sample, String> {
         let begun = Instant::now();
         loop {
@@ -310,7 +309,7 @@ impl<D: Arm> Guarded<D> {
         }
     }
 
-    /// Nobody else has stopped or taken the arm since this program was started.
+    /// Checks that nobody else has stopped or taken the arm since this program was started.
     fn is_nobodys(&self) -> Result<(), String> {
         match self.watch.taken() {
             None => Ok(()),
@@ -318,7 +317,7 @@ impl<D: Arm> Guarded<D> {
         }
     }
 
-    /// Where the tip is: what is asked for and what is reported agree, and the strike may be made from there.
+    /// The tip's pose, checked: what is asked for and what is reported agree, and the strike may be made from there.
     fn here(&mut self, plan: &Plan) -> Result<Pose, String> {
         let asked = self.driver.pose().and_then(Pose::checked);
         let asked = asked.map_err(|error| what_happened(&error))?;
@@ -362,7 +361,7 @@ impl<D: Arm> Guarded<D> {
         ]
     }
 
-    /// Whether the arm's own fence lets it go along these lines.
+    /// Checks that the arm's own fence lets it go along these lines.
     fn check_fence(
         &self,
         status: &Status,
@@ -424,7 +423,7 @@ impl<D: Arm> Guarded<D> {
         }
     }
 
-    /// What the controller is set to, where a strike may be made with it. The inner error says why not.
+    /// The controller's settings and state, if a strike may be made with it. The inner error says why not.
     fn checked_status(&mut self) -> io::Result<Result<Status, String>> {
         let status = self.driver.status()?;
         Ok(self.setup.check_status(&status).map(|()| status))
@@ -755,7 +754,7 @@ impl<D: Arm> Robot for Guarded<D> {
 }
 
 impl<D: Arm> Drop for Guarded<D> {
-    /// Whatever ends the program's use of it: what moves is stopped.
+    /// Stops what moves, however the program's use of the arm ends.
     fn drop(&mut self) {
         if self.is_moving {
             // Nobody is left to report an error to.

@@ -5,16 +5,16 @@ use crate::stroke::Ramp;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
-    /// Where it begins, x, y, z in m.
+    /// Start of the line: x, y, z in m.
     pub(super) from: [f64; 3],
-    /// Where it ends; the tip is turned so all along it.
+    /// End of the line; the tip keeps this orientation all along it.
     pub(super) to: Pose,
     /// Greatest speed in m/s.
     pub(super) speed: f64,
     /// Distance from the beginning, in m, at which that speed must be reached; none where it need not.
     pub(super) reached_at: Option<f64>,
     pub(super) profile: Profile,
-    /// It begins within so many s of being sent.
+    /// Time, in s, within which it begins after it was sent.
     pub(super) start: f64,
 }
 
@@ -24,7 +24,7 @@ impl Line {
         distance(self.from, self.to.at)
     }
 
-    /// How far along it a point lies, and how far beside it, in m.
+    /// Distance of a point along the line, and beside it, in m.
     pub(super) fn place(&self, point: [f64; 3]) -> (f64, f64) {
         let length = self.length().max(1e-9);
         let along = (0..3)
@@ -38,7 +38,7 @@ impl Line {
     }
 }
 
-/// Where the tip is on a line of a length, `t` seconds after it begins: up to the speed, and down again.
+/// Distance of the tip along a line, `t` seconds after it begins: up to the speed, and down again.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Profile {
     length: f64,
@@ -48,7 +48,7 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// Of a length in m under limits in m/s, m/s² and m/s³. A line that is too short for the speed comes as near to it as it can.
+    /// The profile over a length in m under limits in m/s, m/s² and m/s³. A line that is too short for the speed comes as near to it as it can.
     pub(super) fn new(length: f64, speed: f64, acceleration: f64, jerk: Option<f64>) -> Self {
         let (mut low, mut high) = (0.0, speed);
         let fits = |speed: f64| 2.0 * Ramp::to(speed, acceleration, jerk).length() <= length;
@@ -84,7 +84,7 @@ impl Profile {
         }
     }
 
-    /// When it comes so far, in s.
+    /// Time, in s, at which it has gone this distance (m).
     pub(super) fn when(&self, along: f64) -> f64 {
         let (mut low, mut high) = (0.0, self.duration);
         for _ in 0..40 {

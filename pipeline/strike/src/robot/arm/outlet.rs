@@ -9,18 +9,18 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::connection::is_nothing_yet;
 
-/// A reply is looked for this often, so that a stop ends the waiting.
+/// Time between two looks for a reply, so that a stop ends the waiting.
 const TICK: Duration = Duration::from_millis(10);
 
 #[derive(Debug)]
 struct Ways {
-    /// Each with the bytes that stop the arm there.
+    /// The connections, each with the bytes that stop the arm over it.
     stops: Vec<(TcpStream, Vec<u8>)>,
     is_stopped: bool,
 }
 
 impl Drop for Ways {
-    /// Ends what is still read over its connections: nothing is sent any more.
+    /// Shuts its connections, which ends what is still read over them: nothing is sent any more.
     fn drop(&mut self) {
         for (stream, _) in &self.stops {
             // One that is over already is closed, too.
@@ -29,14 +29,14 @@ impl Drop for Ways {
     }
 }
 
-/// Sends, and stops from any thread.
+/// The connections to an arm: sends requests, and stops it from any thread.
 #[derive(Clone, Debug)]
 pub struct Outlet {
     ways: Arc<Mutex<Ways>>,
 }
 
 impl Outlet {
-    /// Over these connections the arm is stopped by these bytes.
+    /// An outlet over these connections, each with the bytes that stop the arm.
     pub fn new(stops: Vec<(TcpStream, Vec<u8>)>) -> Self {
         Self {
             ways: Arc::new(Mutex::new(Ways {
@@ -77,7 +77,7 @@ impl Outlet {
         ways.is_stopped
     }
 
-    /// Sends what is no stop; errors once the arm was stopped.
+    /// Sends a request that is no stop; errors once the arm was stopped.
     pub fn send(&self, mut stream: &TcpStream, bytes: &[u8]) -> io::Result<()> {
         let ways = self.ways.lock().unwrap_or_else(PoisonError::into_inner);
         if ways.is_stopped {
@@ -86,7 +86,7 @@ impl Outlet {
         stream.write_all(bytes)
     }
 
-    /// Bytes that come, up to a moment or a stop.
+    /// Reads the bytes that come, up to a moment or a stop.
     pub fn read(&self, mut stream: &TcpStream, until: Instant) -> io::Result<Vec<u8>> {
         let mut bytes = vec![0; 4096];
         stream.set_read_timeout(Some(TICK))?;
@@ -109,7 +109,7 @@ impl Outlet {
         }
     }
 
-    /// One line of text that comes, up to a moment or a stop.
+    /// Reads one line of text, up to a moment or a stop.
     pub(crate) fn read_line(&self, stream: &TcpStream, until: Instant) -> io::Result<String> {
         let mut line = Vec::new();
         while !line.ends_with(b"\n") {

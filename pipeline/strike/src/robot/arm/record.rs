@@ -1,4 +1,4 @@
-//! What an arm's reports become in a log.
+//! From an arm's reports to the samples of a log.
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,7 @@ use super::setup::Setup;
 use crate::Plan;
 use crate::epoch::Epoch;
 
-/// Commands a second in the log, in Hz.
+/// Rate of the commands in the log, in Hz.
 const COMMAND_RATE: f64 = 250.0;
 /// Idle commands before and after the motion, in s.
 const IDLE: f64 = 0.3;

@@ -6,21 +6,21 @@ use super::driver::{Identity, Pose, Status, distance, shown};
 use super::guard::ASIDE;
 use super::turn::Turn;
 
-/// Travel outside a strike, in m/s and m/s²: well below the 0.25 m/s of reduced speed (ISO 10218-2).
+/// Speed (m/s) and acceleration (m/s²) of travel outside a strike: well below the 0.25 m/s of reduced speed (ISO 10218-2).
 pub(super) const TRAVEL: (f64, f64) = (0.1, 0.5);
-/// The tool may differ from the rig file by m, rad and kg.
+/// Greatest difference of the tool from the rig file, in m, rad and kg.
 const TOOL: (f64, f64, f64) = (0.0005, 0.01, 0.05);
-/// At travel height the tip passes this far above the object, in m.
+/// Distance by which the tip at travel height passes above the object, in m.
 const CLEAR: f64 = 0.010;
-/// A tip that strikes is so far below the object's top, in m: what the guard lets it be off.
+/// Least distance of a striking tip below the object's top, in m: what the guard lets it be off.
 const BELOW_TOP: f64 = ASIDE;
 
 /// How high the tip's centre is, in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Height {
-    /// Above the table, by the rig file.
+    /// Height above the table, in m, by the rig file.
     pub(crate) above: f64,
-    /// In the arm's frame.
+    /// z in the arm's frame, in m.
     pub(crate) z: f64,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Setup {
     height: f64,
     strike_height: f64,
     travel_height: f64,
-    /// The tip reaches so far below its centre, in m.
+    /// Distance that the tip reaches below its centre, in m.
     below: f64,
     orientation: Turn,
     tool: Pose,
@@ -48,7 +48,7 @@ pub(super) struct Setup {
 }
 
 impl Setup {
-    /// Of a rig file. Errors name the keys that are missing, or a height at which the tip meets what it must not.
+    /// The setup of a rig file. Errors name the keys that are missing, or a height at which the tip meets what it must not.
     pub(super) fn of(rig: &Rig) -> Result<Self, String> {
         let robot = &rig.robot;
         let (
@@ -116,7 +116,7 @@ impl Setup {
         })
     }
 
-    /// Whether it is the arm that the rig file is of, and can do what that lets it be commanded.
+    /// Checks that it is the arm of the rig file, and can do what that lets it be commanded.
     pub(super) fn check_identity(&self, identity: &Identity) -> Result<(), String> {
         let (limits, serial) = (&identity.limits, &identity.serial);
         if let Some(own) = self.serial.as_ref().filter(|own| *own != serial) {
@@ -166,7 +166,7 @@ impl Setup {
         self.at(point, self.strike_height)
     }
 
-    /// The same at travel height.
+    /// A point of the table (m) at travel height, in the arm's frame.
     pub(super) fn high(&self, point: Point) -> Pose {
         self.at(point, self.travel_height)
     }
@@ -194,7 +194,7 @@ impl Setup {
         Point::new(cos * x - sin * y, sin * x + cos * y)
     }
 
-    /// Whether the controller is set as the rig file says, and to what a strike may be made with.
+    /// Checks that the controller is set as the rig file says, and to what a strike may be made with.
     pub(super) fn check_status(&self, status: &Status) -> Result<(), String> {
         if let Some(wrong) = status.wrong.first() {
             return Err(wrong.clone());
@@ -222,7 +222,7 @@ impl Setup {
         })
     }
 
-    /// Whether a place (m) lies within the arm's own fence.
+    /// Checks that a place (m) lies within the arm's own fence.
     pub(super) fn check_fence(&self, status: &Status, place: [f64; 3]) -> Result<(), String> {
         let Some([low, high]) = status.fence else {
             return Ok(());
@@ -239,7 +239,7 @@ impl Setup {
         })
     }
 
-    /// Whether the tool points as the rig file says.
+    /// Checks that the tool points as the rig file says.
     pub(super) fn check_orientation(&self, pose: &Pose) -> Result<(), String> {
         let (_, turned, _) = TOOL;
         let apart = self.orientation.angle_to(pose.turn);
@@ -250,13 +250,13 @@ impl Setup {
         })
     }
 
-    /// Of a place of the tip's centre in the arm's frame (m).
+    /// The height (m) of a place of the tip's centre (arm's frame, m), above the table and along the arm's z.
     pub(super) fn height(&self, [_, _, z]: [f64; 3]) -> Height {
         let above = z + self.height;
         Height { above, z }
     }
 
-    /// The same where a strike is made.
+    /// The height (m) at which the tip strikes, above the table and along the arm's z.
     pub(super) fn low_height(&self) -> Height {
         Height {
             above: self.strike_height,
@@ -264,9 +264,9 @@ impl Setup {
         }
     }
 
-    /// Whether the tip stands at travel height, or, where carom left it in a strike that was not ended (`left`), as high above the table as then:
-    /// nothing that the arm reports shows that the rig file's heights are wrong, and the tip would be driven into the table. What it may stand
-    /// higher than by the rig file leaves half of what a strike keeps clear of the table.
+    /// Checks that the tip stands at travel height, or, where carom left it in a strike that was not ended (`left`), as high above the table as then:
+    /// nothing that the arm reports shows that the rig file's heights are wrong, and the tip would be driven into the table. What it may stand higher
+    /// than by the rig file leaves half of what a strike keeps clear of the table.
     pub(super) fn check_height(&self, pose: &Pose, left: Option<Height>) -> Result<(), String> {
         let (Height { above: height, z }, mm) = (self.height(pose.at), |length: f64| length * 1e3);
         if height < self.below {
@@ -294,7 +294,7 @@ impl Setup {
     }
 }
 
-/// The tip strikes clear of the table and below the object's top, and travels clear of the object.
+/// Checks that the tip strikes clear of the table and below the object's top, and travels clear of the object.
 fn check_heights(rig: &Rig, below: f64, strike: f64, travel: f64) -> Result<(), String> {
     let object = object_height(rig);
     let mm = |length: f64| length * 1e3;

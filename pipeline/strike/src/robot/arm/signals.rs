@@ -27,7 +27,7 @@ const FAULTS: [Signal; 4] = [
     Signal::SIGSEGV,
     Signal::SIGBUS,
 ];
-/// Those that no handler is for: what cannot be caught, faults, what ends and stops nothing, and the two that are the C library's.
+/// Signals that get no handler: what cannot be caught, faults, what ends and stops nothing, and the two that are the C library's.
 const PASSED: [i32; 14] = [
     name::SIGKILL,
     name::SIGSTOP,
@@ -45,7 +45,7 @@ const PASSED: [i32; 14] = [
     33,
 ];
 
-/// All that end or stop a program and can be caught. Ctrl-Z is one: a stopped program guards nothing.
+/// The signals that end or stop a program and can be caught. Ctrl-Z is one: a stopped program guards nothing.
 fn ending() -> impl Iterator<Item = i32> {
     ALL.filter(|signal| !PASSED.contains(signal))
 }
@@ -60,8 +60,8 @@ fn faults() -> SigSet {
     FAULTS.into_iter().collect()
 }
 
-/// A flag that each of them sets, from now on. A file that grows beyond its limit is then an error of its write, which is reported, and no
-/// end.
+/// Installs handlers for the signals that end or stop a program, and returns the flag that each of them sets. From then on, a file that grows beyond
+/// its limit is an error of its write, which is reported, and no end of the program.
 pub fn catch_signals() -> io::Result<Arc<AtomicBool>> {
     let caught = Arc::new(AtomicBool::new(false));
     unblock_signals()?;
@@ -81,8 +81,8 @@ pub fn tell(what: &str) {
     let _ = told(what, |waited| waited > Duration::from_secs(1));
 }
 
-/// The same; what is held back is waited for until that is given up, after a time. Errors where nothing can be written there, or where what
-/// is written is thrown away, as by a program that was started with standard error closed.
+/// Tells a person something on standard error. While nobody takes it, it waits until `gives_up`, asked with the time waited so far, says to stop.
+/// Errors where nothing can be written there, or where what is written is thrown away, as by a program that was started with standard error closed.
 pub fn told(what: &str, gives_up: impl Fn(Duration) -> bool) -> io::Result<()> {
     let line = format!("{what}\n");
     beside(move || write(&line), gives_up).unwrap_or_else(|| {
@@ -141,8 +141,8 @@ pub(super) fn alarm(what: String) {
     beside(tells, |_| true);
 }
 
-/// Does something on a thread of its own, and waits for it until that is given up, after a time; none where it was. Where no thread can be
-/// had, it is done all the same, and waited for.
+/// Runs a function on a thread of its own and waits for it until `gives_up`, asked with the time waited so far, says to stop: its value, or none
+/// where it was given up. Where no thread can be had, it runs here.
 fn beside<T: Send + 'static>(
     what: impl Fn() -> T + Send + Sync + 'static,
     gives_up: impl Fn(Duration) -> bool,

@@ -28,7 +28,7 @@ impl Turn {
         Self([cos, x, y, z])
     }
 
-    /// As a rotation vector of at most half a turn, in rad.
+    /// This rotation as a rotation vector of at most half a turn, in rad.
     pub fn to_vector(self) -> [f64; 3] {
         let [w, x, y, z] = if self.0[0] < 0.0 {
             self.0.map(|part| -part)
@@ -43,7 +43,7 @@ impl Turn {
         [x, y, z].map(|v| v / sin * angle)
     }
 
-    /// As roll, pitch and yaw about the fixed axes, in rad; the roll is 0 where the pitch is a quarter of a turn.
+    /// This rotation as roll, pitch and yaw about the fixed axes, in rad; the roll is 0 where the pitch is a quarter of a turn.
     pub fn to_rpy(self) -> [f64; 3] {
         let [w, x, y, z] = self.0;
         let sin = 2.0 * (w * y - z * x);
@@ -61,7 +61,7 @@ impl Turn {
         ]
     }
 
-    /// Whether it is of numbers.
+    /// Whether every number is finite.
     pub fn is_finite(self) -> bool {
         self.0.iter().all(|part| part.is_finite())
     }

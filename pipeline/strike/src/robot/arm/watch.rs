@@ -12,15 +12,15 @@ use super::guard::{ASIDE, Clocks, Guard, OnLine, STILL, Sample};
 use super::line::Line;
 use super::outlet::Outlet;
 
-/// The arm is stopped where no report comes for so long: at 250 Hz a dozen are missing, and at 1 m/s it has moved 5 cm.
+/// Time without a report after which the arm is stopped: at 250 Hz a dozen are missing, and at 1 m/s it has moved 5 cm.
 const SILENCE: Duration = Duration::from_millis(50);
-/// The watch looks so often whether it is silent, or a signal came.
+/// Time between two looks whether reports have ceased, or a signal came.
 const TICK: Duration = Duration::from_millis(5);
 /// Recent reports that are held, to see a rest in their positions.
 const RECENT: Duration = Duration::from_millis(150);
-/// Of these so many at the least have come: an arm that reports less often is not guarded in time.
+/// Least number of recent reports: an arm that reports less often is not guarded in time.
 const FEWEST: usize = 12;
-/// An arm rests whose positions of that time, three quarters of it at the least, lie within so many m.
+/// Distance in m within which positions show an arm at rest: at least three quarters of those of that time lie within it.
 const REST: f64 = 0.0003;
 
 #[derive(Debug, Default)]
@@ -32,11 +32,11 @@ struct Seen {
     record: Vec<Sample>,
     is_recording: bool,
     guard: Option<Guard>,
-    /// Where the arm was found, or left after a strike: what moves it from there is somebody else.
+    /// Position where the arm was found, or left after a strike: what moves it from there is somebody else.
     left: Option<[f64; 3]>,
-    /// Its brakes open: an arm sags by what the guard lets it be off.
+    /// Whether its brakes are opening: an arm then sags by what the guard lets it be off.
     may_sag: bool,
-    /// Why the arm was stopped from here; the first reason stays.
+    /// Why this program stopped the arm; the first reason stays.
     fault: Option<String>,
     /// Who else stopped the arm since this watch began, in the controller's words.
     taken: Option<String>,
@@ -59,7 +59,8 @@ pub(crate) struct RunUp {
 }
 
 impl RunUp {
-    /// A message that came at a moment showed what must end the strike. Stops nothing where the tip may have touched the object by then.
+    /// Stops the arm because a message that came at a moment showed what must end the strike. Stops nothing where the tip may have touched the object
+    /// by then.
     pub(crate) fn stop(&self, at: Instant, why: &str) {
         let mut seen = self.shared.lock();
         let line = seen.guard.as_ref().and_then(Guard::on_line);
@@ -100,7 +101,7 @@ impl Watch {
         })
     }
 
-    /// Stops the arm as the guard does, from the thread that receives the camera.
+    /// A handle that stops the arm as the guard does, from the thread that receives the camera.
     pub(super) fn run_up(&self) -> RunUp {
         let shared = self.shared.clone();
         RunUp { shared }
@@ -128,7 +129,7 @@ impl Watch {
         }
     }
 
-    /// Why the arm was stopped from here; none where it was not.
+    /// Why this program stopped the arm; none where it was not.
     pub(super) fn fault(&self) -> Option<String> {
         self.shared.lock().fault.clone()
     }
@@ -149,7 +150,7 @@ impl Watch {
         seen.is_recording = true;
     }
 
-    /// What was recorded until now; the recording ends.
+    /// Ends the recording, and returns what was recorded.
     pub(super) fn recorded(&self) -> Vec<Sample> {
         let mut seen = self.shared.lock();
         seen.is_recording = false;
@@ -171,7 +172,8 @@ impl Watch {
         (seen.left, seen.may_sag) = (None, false);
     }
 
-    /// Until rest is guarded, the arm may sag by as much as it may be off a line: its brakes open, and what was checked is checked again after that.
+    /// Notes that the brakes open: until rest is guarded, the arm may sag by as much as it may be off a line. What was checked is checked again after
+    /// that.
     pub(super) fn brakes_open(&self) {
         self.shared.lock().may_sag = true;
     }
@@ -215,7 +217,7 @@ impl Watch {
         line.is_some_and(OnLine::has_begun)
     }
 
-    /// Whether the last report, a new one, shows such a condition.
+    /// Whether the last report is new and its condition satisfies `is_such`.
     pub(super) fn shows(&self, is_such: impl FnOnce(Condition) -> bool) -> bool {
         let seen = self.shared.lock();
         let last = seen.last.filter(|last| last.at.elapsed() <= SILENCE);
@@ -334,7 +336,7 @@ fn read(shared: &Shared, mut reports: Box<dyn Reports>) {
     }
 }
 
-/// Stops the arm where no report comes on a line, a signal did, or it could be stopped no more.
+/// Watches the time: stops the arm where no report comes on a line, a signal did, or it could be stopped no more.
 fn watch_time(shared: &Shared, interrupted: &AtomicBool) {
     while !shared.ends.load(Ordering::Relaxed) {
         thread::sleep(TICK);

@@ -20,16 +20,16 @@ use super::arm::{
 };
 use crate::epoch::Epoch;
 
-/// How the arm brakes when it is stopped, in m/s².
+/// Deceleration of the arm when it is stopped, in m/s².
 const BRAKE: f64 = 8.0;
-/// The controller is asked about places so far apart at the most, in m, and whether no joint turns faster between them, in rad/s.
+/// Greatest distance, in m, between places that the controller is asked about, and greatest speed of a joint between them, in rad/s.
 const APART: f64 = 0.05;
 const FASTEST: f64 = std::f64::consts::PI;
 /// A program of carom's replaces the one that runs. It can ask whether a place has a solution, within safety limits as a place and by its
 /// joints, and move a line once its number comes; while it waits for that it echoes signs of life. Without ten of these a second in a line,
 /// and one while it waits, the controller stops it (URScript's manual; tried on an emulator alone).
 const PROGRAM: &str = include_str!("program.script");
-/// A question has a multiple of this for its number, and each line that it asks about one of the numbers after it.
+/// Step of the questions' numbers: each is a multiple of it, and each line that it asks about has one of the numbers after it.
 const TEN: i32 = 10;
 /// The oldest software that is driven: its RTDE gives the tool.
 const SOFTWARE: (u32, u32) = (5, 11);
@@ -40,7 +40,7 @@ pub struct Ur {
     ports: Ports,
     patience: Duration,
     script: TcpStream,
-    /// The number is that of the line that is to be moved, or of the last question.
+    /// The signs of life, with the number of the line to be moved, or of the last question.
     alive: Alive,
     /// Lines that its program waits for.
     asked: Vec<LineRequest>,
@@ -52,7 +52,7 @@ fn written(pose: &Pose) -> String {
 }
 
 impl Ur {
-    /// Samples over a connection of their own.
+    /// A stream of samples over a connection of its own.
     fn samples(&self) -> io::Result<Stream> {
         Stream::start(listen(self.ports[2], self.patience)?, None)
     }
@@ -63,7 +63,7 @@ impl Ur {
         self.alive.0.send(&self.script, text.as_bytes())
     }
 
-    /// What the dashboard answers to each of these.
+    /// The dashboard's answers to these questions.
     fn dashboard<const N: usize>(&self, questions: [&str; N]) -> io::Result<[String; N]> {
         let stream = connect(self.ports[3], self.patience)?;
         let until = Instant::now() + self.patience;
@@ -151,7 +151,7 @@ impl Arm for Ur {
         self.run("")
     }
 
-    /// Its program asks about places along the lines, and writes the answer into a register; then it waits for the lines.
+    /// Has carom's program on the arm ask about places along the lines and write the answer into a register; the program then waits for the lines.
     fn can_move(&mut self, lines: &[LineRequest]) -> io::Result<Result<(), (usize, String)>> {
         let mut samples = self.samples()?;
         let mut from = samples.next()?.report.pose.at;
@@ -186,7 +186,7 @@ impl Arm for Ur {
         Err(io::ErrorKind::TimedOut.into())
     }
 
-    /// A line that the controller was asked about: its number goes out with the next sign of life.
+    /// Moves a line that the controller was asked about: its number goes out with the next sign of life.
     fn line(&mut self, line: &LineRequest) -> io::Result<()> {
         let at = self.asked.iter().position(|asked| asked == line);
         let at = at.ok_or_else(|| garbage("the controller was not asked about this line"))?;

@@ -16,17 +16,18 @@ const RATE: f64 = 250.0;
 const LONGEST: usize = 4_096;
 /// The kind of packages that hold data.
 const DATA: u8 = b'U';
-/// What is told, and its kinds; the last two are what a program writes for carom to read: an answer, and the last sign of life that it read.
+/// Output recipe: quantities that the controller sends, and their types. The last two are what a program writes for carom to read: an answer, and the
+/// last sign of life that it read.
 const TOLD: [&str; 2] = [
     "timestamp,actual_TCP_pose,actual_TCP_speed,target_TCP_pose,robot_mode,safety_mode,runtime_state,robot_status_bits,\
      target_speed_fraction,payload,tcp_offset,output_int_register_24,output_int_register_25",
     "DOUBLE,VECTOR6D,VECTOR6D,VECTOR6D,INT32,INT32,UINT32,UINT32,DOUBLE,DOUBLE,VECTOR6D,INT32,INT32",
 ];
-/// What is given: a sign of life, and the number of a line. One program can claim them.
+/// Input recipe: a sign of life, and the number of a line. One program can claim them.
 const GIVEN: [&str; 2] = ["input_int_register_24,input_int_register_25", "INT32,INT32"];
-/// A program that waits for carom's lines echoes one of so many last signs of life.
+/// Number of last signs of life one of which a program that waits for carom's lines echoes.
 const ECHOES: i32 = 12;
-/// No program is shown for so many samples where one replaces another, and longer where somebody stopped it: 0.1 s.
+/// Number of samples without a running program where one replaces another, and longer where somebody stopped it: 0.1 s.
 const REPLACED: u32 = 25;
 
 /// One sample: what the arm does, the share of its speed that the slider lets pass, the tool and its mass (kg), and a script's last answer.
@@ -44,7 +45,7 @@ pub(super) type Alive = (Outlet, Arc<AtomicI32>);
 #[derive(Debug)]
 pub(super) struct Stream {
     stream: TcpStream,
-    /// Of what is told, and of what is given.
+    /// Numbers of the output recipe and of the input recipe.
     recipes: [u8; 2],
     alive: Option<Alive>,
     life: i32,
@@ -52,8 +53,8 @@ pub(super) struct Stream {
 }
 
 impl Stream {
-    /// Agrees on what is told and given, and starts. Errors where the controller does not know a quantity, or where another program gives
-    /// signs of life.
+    /// Agrees on both recipes, and starts the stream. Errors where the controller does not know a quantity, or where another program gives signs of
+    /// life.
     pub(super) fn start(mut stream: TcpStream, alive: Option<Alive>) -> io::Result<Self> {
         if ask(&mut stream, b'V', &2u16.to_be_bytes())?.first() != Some(&1) {
             return Err(garbage("it does not speak version 2 of RTDE"));

@@ -9,7 +9,7 @@ use crate::robot::arm::{Outlet, connect};
 
 /// Enabling the motors takes the controller some seconds more than other requests.
 const ENABLE: Duration = Duration::from_secs(6);
-/// So long the maker's SDK waits for a line that is only checked.
+/// Time that the maker's SDK waits for a line that is only checked.
 const CHECK: Duration = Duration::from_secs(10);
 /// The state that stops. The maker's `emergency_stop` enables motion again after it; this does not.
 const STOP: u8 = 4;
@@ -76,7 +76,7 @@ impl Control {
     }
 
     pub(super) fn enable(&mut self) -> io::Result<()> {
-        /// Stands for all axes.
+        /// Number that stands for all axes.
         const ALL: u8 = 8;
         self.request(Register::MotionEnable, &[ALL, 1], self.patience + ENABLE)
     }
@@ -107,7 +107,8 @@ impl Control {
         self.request(Register::MoveLine, &payload, self.patience)
     }
 
-    /// The same, only checked: gives the controller's error code, 0 where it can move it. `kind` says from where.
+    /// Asks whether the arm can move along a straight line to a pose (mm, rad) at a speed (mm/s) and acceleration (mm/s²), without moving it: 0 where
+    /// it can, else the controller's error code. `kind` says where the line begins (`only_check_type` of the maker's SDK).
     pub(super) fn check_line(
         &mut self,
         pose: [f64; 6],
@@ -124,7 +125,7 @@ impl Control {
         reply.payload.get(2).copied().ok_or_else(|| short(&reply))
     }
 
-    /// Sends what has no answer but its status.
+    /// Sends a request whose reply is its status alone.
     fn request(
         &mut self,
         register: Register,
@@ -166,7 +167,7 @@ impl Control {
     }
 }
 
-/// What a reply says where it refuses.
+/// The reason in a reply that refuses a request; none of one that does not.
 fn refusal(reply: &Reply) -> Option<&'static str> {
     let is_set = |(bit, _): &&(u8, &str)| reply.status & bit != 0;
     REFUSALS.iter().find(is_set).map(|(_, said)| *said)

@@ -22,9 +22,9 @@ use super::arm::{
 
 /// mm in a metre.
 const MM: f64 = 1e3;
-/// Gravity in the frame of a base that stands upright, and by how much it may differ.
+/// Gravity's direction in the frame of an upright base, and by how much it may differ.
 const UPRIGHT: ([f64; 3], f64) = ([0.0, 0.0, -1.0], 0.01);
-/// The controller's frame may be shifted by mm, and rad.
+/// Greatest shift of the controller's frame, in mm and rad.
 const SHIFTED: (f64, f64) = (0.05, 0.001);
 
 /// An arm, connected. Its ports: requests and replies, the real-time report at up to 250 Hz, the ordinary one, which is not read, and the
@@ -43,7 +43,7 @@ struct Stream {
 }
 
 impl Stream {
-    /// Looks at the motors, which only the rich report holds, until the stream is dropped.
+    /// Watches the motors' state, which only the rich report holds, until the stream is dropped.
     fn watch_motors(is_off: &Arc<AtomicBool>, address: SocketAddr) {
         let mut before = 0;
         let mut rich = None;
@@ -85,7 +85,8 @@ impl Reports for Stream {
     }
 }
 
-/// What the maker's numbers of mode and state mean. One line is sent at a time: where more are held, others are another program's.
+/// The condition by the maker's numbers of mode and state, and of lines held. One line is sent at a time: where more are held, others are another
+/// program's.
 fn condition(mode: u8, state: u8, held: u16) -> Condition {
     match (mode, state) {
         (0, 0 | 2) => Condition::Ready,

@@ -92,7 +92,7 @@ pub fn line_payload(
 ) -> io::Result<Vec<u8>> {
     /// No blending into the next line.
     const NO_RADIUS: f64 = -1.0;
-    /// As fast as speed and acceleration allow.
+    /// No fixed duration: as fast as speed and acceleration allow.
     const NO_TIME: f64 = 0.0;
     let mut numbers = pose.to_vec();
     numbers.extend([speed, acceleration, NO_TIME, NO_RADIUS]);

@@ -26,7 +26,7 @@ pub struct Truth {
     pub angle: f64,
     /// Speed after the impact, in m/s.
     pub release: f64,
-    /// In m/s².
+    /// Deceleration of the slide, in m/s².
     pub deceleration: f64,
 }
 

@@ -82,7 +82,7 @@ pub fn write(path: &Path, schema: &str, encoding: &str, messages: &[Vec<u8>]) {
     write_with(path, (schema, encoding), messages, None);
 }
 
-/// The same, after a message of another topic: its name, type and bytes.
+/// A log of image messages, each with a command behind it, after one message `first` of another topic: its name, type and bytes.
 pub fn write_with(
     path: &Path,
     (schema, encoding): (&str, &str),
