@@ -76,7 +76,7 @@ pub(crate) enum NoFit {
 }
 
 /// Distance between rays, in px: about that over which JPEG's noise is alike.
-const SPACING: f64 = 1.5;
+pub(crate) const SPACING: f64 = 1.5;
 /// Px of a ray at each end from which its levels are taken.
 const LEVEL: f64 = 2.5;
 /// Px between a level and the blurred edge.

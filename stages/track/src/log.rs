@@ -12,7 +12,7 @@ use crate::camera_info::{CameraMessage, LogLens};
 use crate::frame::TrackedFrame;
 use crate::learned::Learned;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
-use crate::notes::{Notes, QUALITY_SCHEMA, said_of_marker};
+use crate::notes::{Notes, QUALITY_SCHEMA, said_of_height, said_of_marker};
 use crate::readout::Readout;
 use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::{LogFile, View};
@@ -89,6 +89,7 @@ fn track_into(
     let (summary, mut outcome) = rayon::scope_fifo(|scope| {
         let mut tracking = Tracking {
             tracker: &tracker,
+            learned: &learned,
             topic,
             centroid,
             pose,
@@ -151,6 +152,7 @@ struct Seen {
 
 struct Tracking<'a, 's, 'scope> {
     tracker: &'a Tracker,
+    learned: &'a Learned,
     topic: &'a ImageTopic,
     rig: &'a Rig,
     centroid: &'a str,
@@ -356,6 +358,12 @@ impl Tracking<'_, '_, '_> {
             outcome.notes.extend(info.contradictions(lens, self.size));
         }
         outcome.notes.extend(self.notes.said(self.tracker.camera()));
+        let height = self.learned.height.as_ref().zip(self.notes.outermost());
+        outcome.notes.extend(height.and_then(|(height, place)| {
+            let off = self.tracker.put_off_by(height, place, false);
+            let seen = height.seen(self.tracker.height()?);
+            Some(said_of_height(seen, &self.rig.object, (place, off)))
+        }));
         let marker = self.notes.marker().and_then(|scale| {
             let height = 2.0 * self.rig.object.solid.half_height();
             said_of_marker(scale, height, self.tracker.camera())

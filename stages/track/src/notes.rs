@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use values::{Point, StampMark};
+use values::{Object, Point, StampMark};
 
 use crate::readout::Readout;
 use crate::{CameraModel, Reason};
@@ -27,6 +27,9 @@ pub(crate) struct Notes {
     speed: f64,
     /// How large the object's marker was seen in each frame, of what it is.
     scales: Vec<f64>,
+    /// The point below the camera, and the place of the object that is farthest from it.
+    foot: Point,
+    outermost: Option<Point>,
 }
 
 /// Frames that are no single one that was misjudged.
@@ -63,6 +66,7 @@ impl Notes {
         Self {
             unstated,
             readout,
+            foot: Point::new(camera.position[0], camera.position[1]),
             unsure: unsure.hypot(readout.map_or(0.0, |readout| readout.deviation)),
             ..Self::default()
         }
@@ -80,6 +84,10 @@ impl Notes {
         }
         self.speed = 0.0;
         let Some(centre) = centre else { return };
+        let is_farther = |other: Point| self.foot.distance(centre) > self.foot.distance(other);
+        if self.outermost.is_none_or(is_farther) {
+            self.outermost = Some(centre);
+        }
         if let Some((last, place)) = self.last.replace((stamp, centre)) {
             let seconds = 1e-9 * (stamp - last) as f64;
             let speed = centre.distance(place) / seconds;
@@ -93,6 +101,11 @@ impl Notes {
     /// Adds how large the object's marker was seen, of what it is.
     pub(crate) fn add_marker(&mut self, scale: f64) {
         self.scales.push(scale);
+    }
+
+    /// The place of the object that is farthest from the point below the camera.
+    pub(crate) fn outermost(&self) -> Option<Point> {
+        self.outermost
     }
 
     /// Standard deviation (m) of a coordinate of the last frame's centre for what is not known of the camera's timing: nothing where that is
@@ -141,6 +154,29 @@ impl Notes {
         }
         said
     }
+}
+
+/// That the object is seen to be of another height (m, with its deviation) than stated, and what that costs (m) at a place.
+pub(crate) fn said_of_height(
+    [seen, deviation]: [f64; 2],
+    object: &Object,
+    (place, off): (Point, f64),
+) -> String {
+    let stated = 2.0 * object.solid.half_height();
+    let mend = match object.solid {
+        values::Solid::Box {
+            half_size: [x, y, _],
+        } => {
+            format!("half_size = [{x}, {y}, {:.4}]", 0.5 * seen)
+        }
+        _ => format!("half_height = {:.4}", 0.5 * seen),
+    };
+    let [seen, deviation, stated, off] = [seen, deviation, stated, off].map(|metres| 1e3 * metres);
+    format!(
+        "the object is seen to be {seen:.0} mm tall (to {deviation:.0} mm, standard deviation), and the rig file says {stated:.0} mm: at x = {:.2}, y = {:.2} \
+         that puts its centre up to {off:.1} mm off. Measure its height; what is seen would be {mend} under [object]",
+        place.x, place.y
+    )
 }
 
 /// A marker is printed and measured to this share.

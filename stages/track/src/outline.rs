@@ -53,6 +53,14 @@ impl Solid {
         }
     }
 
+    /// Its height in m, where its outline shows more of it than its width.
+    pub(crate) fn height(&self) -> Option<f64> {
+        match self {
+            Self::Cylinder { height, .. } | Self::Box { height, .. } => Some(*height),
+            Self::Sphere { .. } => None,
+        }
+    }
+
     /// Largest half width in m.
     pub(crate) fn reach(&self) -> f64 {
         match self {
