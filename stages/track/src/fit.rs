@@ -88,6 +88,8 @@ const STEPS: usize = 8;
 const DONE: f64 = 0.004;
 /// How bright a side is, of the upper face, one image does not tell by better than this: standard deviation.
 const UNSEEN_SIDE: f64 = 0.23;
+/// Nor do a log's images tell it of each direction by better than this: it is no sum of a cosine and a sine.
+const LEARNT_SIDE: f64 = 0.06;
 /// A table with more than this share of glare's light cannot be distinguished from it: compression rings.
 const BRIGHT: f32 = 0.8;
 /// Fewest pixels of the object, and of the table, for their colours.
@@ -172,9 +174,10 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
             // A wide side shows how bright it is.
             let narrow = rays.iter().map(|ray| ray.band.min(WIDE_BAND));
             let of_side = match known {
-                Some(_) => 0.0,
-                None => UNSEEN_SIDE * narrow.sum::<f64>() / rays.len() as f64 / scale,
+                Some(_) => LEARNT_SIDE,
+                None => UNSEEN_SIDE,
             };
+            let of_side = of_side * narrow.sum::<f64>() / rays.len() as f64 / scale;
             return Ok(Fit {
                 pose,
                 residuals: change.residuals(&rays, &found),

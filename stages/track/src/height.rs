@@ -73,20 +73,19 @@ const ALIKE: f64 = 6.0;
 /// Groups of images of which each is left out in turn.
 const GROUPS: usize = 5;
 /// What no model of an edge has (px): it puts the height out by as much as moves the edges so far.
-const UNSEEN: f64 = 0.1;
+const UNSEEN: f64 = 0.06;
 /// A height that is not known to this (m) is not told, nor one that differs by less than so many deviations.
 const KNOWN: f64 = 0.003;
 const SURE: f64 = 4.0;
 
 impl HeightOff {
-    /// What a centre is off (m) for it at so many m from the point below a camera so high over the upper face: by as much as that face is seen
-    /// elsewhere where a marker on it is all that is seen, else by half of that, and more where the side's light gives way.
-    pub(crate) fn puts_off(&self, from_foot: f64, above: f64, is_by_marker: bool) -> f64 {
-        let share = if is_by_marker { 1.0 } else { 0.75 };
-        share * self.metres.abs() * from_foot / above
+    /// What a centre is off (m) for it at the most, at so many m from the point below a camera so high over the upper face: by as much as that
+    /// face is seen elsewhere. What the object's foot says against it, the side's light takes up.
+    pub(crate) fn puts_off(&self, from_foot: f64, above: f64) -> f64 {
+        self.metres.abs() * from_foot / above
     }
 
-    /// How tall it is seen (m), and how tall it may be at the least or most.
+    /// How tall it is seen, and the standard deviation of that, in m.
     pub(crate) fn seen(&self, stated: f64) -> [f64; 2] {
         [stated + self.metres, self.deviation]
     }

@@ -12,7 +12,7 @@ use crate::background::{FEWEST_PILOTS, Pilot};
 use crate::change::BandSums;
 use crate::decode::size;
 use crate::edges::{Side, SideSums};
-use crate::height::{HeightOff, Profiles};
+use crate::height::Profiles;
 use crate::learned::Learned;
 use crate::message::is_video;
 use crate::tracker::Looked;

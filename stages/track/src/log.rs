@@ -101,7 +101,7 @@ fn track_into(
             held_bytes: 0,
             outcome: TrackOutcome::default(),
             why: None,
-            notes: Notes::of(tracker.camera(), readout),
+            notes: Notes::of(tracker.camera(), readout, tracker.blur()),
             size,
             info: None,
             view,
@@ -293,14 +293,14 @@ impl Tracking<'_, '_, '_> {
             let point = frame.centre.ok();
             let (log_time, seen) = frame.with;
             self.notes.add(frame.stamp, point, seen.shift);
-            let late = self.notes.late();
+            let unsure = self.notes.late().hypot(self.notes.started(seen.deviation));
             let reason = frame.centre.err();
             let turned = seen.turned.filter(|_| point.is_some());
             let report = FrameReport {
                 stamp: frame.stamp,
                 x: point.map(|point| point.x),
                 y: point.map(|point| point.y),
-                deviation: point.map(|_| seen.deviation.hypot(late)),
+                deviation: point.map(|_| seen.deviation.hypot(unsure)),
                 yaw: turned.map(|(yaw, _)| yaw),
                 yaw_deviation: turned.map(|(_, marker)| marker.yaw_deviation),
                 shift: seen.shift,
@@ -360,7 +360,7 @@ impl Tracking<'_, '_, '_> {
         outcome.notes.extend(self.notes.said(self.tracker.camera()));
         let height = self.learned.height.as_ref().zip(self.notes.outermost());
         outcome.notes.extend(height.and_then(|(height, place)| {
-            let off = self.tracker.put_off_by(height, place, false);
+            let off = self.tracker.put_off_by(height, place);
             let seen = height.seen(self.tracker.height()?);
             Some(said_of_height(seen, &self.rig.object, (place, off)))
         }));

@@ -25,6 +25,10 @@ pub(crate) struct Notes {
     last: Option<(i64, Point)>,
     /// How fast it was between the last two frames, in m/s.
     speed: f64,
+    /// How far it moved between them, and between those before, in m.
+    steps: [f64; 2],
+    /// How far it moves within an exposure at the most, in m.
+    blur: f64,
     /// How large the object's marker was seen in each frame, of what it is.
     scales: Vec<f64>,
     /// The point below the camera, and the place of the object that is farthest from it.
@@ -36,6 +40,8 @@ pub(crate) struct Notes {
 const FEWEST_MOVED: u64 = 3;
 /// An object that is slower than this, in m/s, is hardly put elsewhere by a camera's timing.
 const SLOW: f64 = 0.1;
+/// An object that moves by less than so many deviations of its place rests.
+const AT_REST: f64 = 4.0;
 /// Frames that are farther apart, in s, tell no speed, and an object that is put elsewhere by a hand is none that was struck.
 const APART: f64 = 0.1;
 const FASTEST: f64 = 3.0;
@@ -55,8 +61,9 @@ fn unstated(camera: &CameraModel) -> Option<&'static str> {
 }
 
 impl Notes {
-    /// Nothing seen yet, by a camera whose readout is stated, or was told by the images, or neither.
-    pub(crate) fn of(camera: &CameraModel, readout: Option<Readout>) -> Self {
+    /// Nothing seen yet, by a camera whose readout is stated, or was told by the images, or neither; the
+    /// object moves by so many m within its exposure at the most.
+    pub(crate) fn of(camera: &CameraModel, readout: Option<Readout>, blur: f64) -> Self {
         let unstated = match readout {
             None => unstated(camera),
             Some(_) => (camera.exposure.is_none() && camera.stamp != StampMark::Middle)
@@ -66,6 +73,7 @@ impl Notes {
         Self {
             unstated,
             readout,
+            blur,
             foot: Point::new(camera.position[0], camera.position[1]),
             unsure: unsure.hypot(readout.map_or(0.0, |readout| readout.deviation)),
             ..Self::default()
@@ -83,6 +91,7 @@ impl Notes {
             self.farthest = self.farthest.max(far);
         }
         self.speed = 0.0;
+        self.steps = [0.0, self.steps[0]];
         let Some(centre) = centre else { return };
         let is_farther = |other: Point| self.foot.distance(centre) > self.foot.distance(other);
         if self.outermost.is_none_or(is_farther) {
@@ -94,6 +103,7 @@ impl Notes {
             if (0.0..APART).contains(&seconds) && speed < FASTEST {
                 self.fastest = self.fastest.max(speed);
                 self.speed = speed;
+                self.steps[0] = centre.distance(place);
             }
         }
     }
@@ -112,6 +122,20 @@ impl Notes {
     /// stated, or the object rests.
     pub(crate) fn late(&self) -> f64 {
         self.unsure * self.speed
+    }
+
+    /// Standard deviation (m) of a coordinate of the last frame's centre, itself known to `deviation`, for an impact within its exposure: what is
+    /// seen is the mean place, and not that of its middle. They differ by as much as it has moved, and by an eighth of what it moves in an
+    /// exposure at the most.
+    pub(crate) fn started(&self, deviation: f64) -> f64 {
+        let [step, before] = self.steps;
+        let still = AT_REST * deviation;
+        let is_start = before < still && step > still && step < 0.5 * self.blur;
+        if is_start {
+            0.5 * step.min(0.125 * self.blur)
+        } else {
+            0.0
+        }
     }
 
     /// How large the object's marker is seen, of what it is: the median of the log.
@@ -294,7 +318,7 @@ mod tests {
             deviation: 0.003,
         };
         let mut all = [(&untold, None), (&told, None), (&untold, Some(seen))]
-            .map(|(camera, readout)| Notes::of(camera, readout));
+            .map(|(camera, readout)| Notes::of(camera, readout, 0.0));
         let mut late = |stamp: i64, x: f64| {
             all.each_mut().map(|notes| {
                 notes.add(stamp, Some(Point::new(x, 0.0)), [0.0; 2]);
@@ -308,5 +332,25 @@ mod tests {
         assert_eq!(told, 0.0);
         assert!((seen - 0.6 * 0.003).abs() < 1e-6, "{seen}");
         assert_eq!(late(66_666_666, 0.42), [0.0; 3], "at rest");
+    }
+
+    #[test]
+    fn an_impact_within_an_exposure_makes_its_frame_less_sure() {
+        let mut notes = Notes {
+            blur: 0.016,
+            ..Notes::default()
+        };
+        let mut started = |frame: i64, x: f64| {
+            notes.add(33_333_333 * frame, Some(Point::new(x, 0.0)), [0.0; 2]);
+            notes.started(0.0001)
+        };
+        assert_eq!([started(0, 0.4), started(1, 0.4)], [0.0; 2], "at rest");
+        assert!(
+            (started(2, 0.403) - 0.001).abs() < 1e-9,
+            "an eighth of 16 mm"
+        );
+        assert_eq!(started(3, 0.43), 0.0, "it moves");
+        assert_eq!([started(4, 0.43), started(5, 0.43)], [0.0; 2]);
+        assert_eq!(started(6, 0.45), 0.0, "the impact was before the exposure");
     }
 }

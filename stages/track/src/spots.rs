@@ -149,6 +149,19 @@ impl Spots {
             .collect()
     }
 
+    /// The spots, each with the median of its brightness in some images: what hides it in few of them does not count.
+    pub(crate) fn medians(images: &[&[(Spot, f32)]]) -> Vec<(Spot, f32)> {
+        let first = images.first().copied().unwrap_or_default();
+        let all = first.iter().enumerate().map(|(k, (spot, _))| {
+            let mut values: Vec<f32> = images.iter().map(|seen| seen[k].1).collect();
+            values.sort_by(f32::total_cmp);
+            let middle = values.len() / 2;
+            let low = values[(values.len() - 1) / 2];
+            (*spot, 0.5 * (low + values[middle]))
+        });
+        all.collect()
+    }
+
     /// How bright spots are, of what they were, and what they scatter by: medians, whatever some of them show.
     fn brightness(&self, seen: &[(Spot, f32)], flow: &Flow) -> Option<(f32, f32)> {
         let known = |spot: &Spot| {

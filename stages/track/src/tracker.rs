@@ -186,17 +186,22 @@ impl Tracker {
         }
         *deviation = deviation.hypot(metres * aligned.deviation);
         if let (Some(height), Ok(at)) = (&learned.height, looked.observation.centre) {
-            let off = self.put_off_by(height, at, !is_by_outline);
+            let off = self.put_off_by(height, at);
             *deviation = deviation.hypot(off * std::f64::consts::FRAC_1_SQRT_2);
         }
         looked
     }
 
-    /// What a centre there is off (m) where the object is of another height.
-    pub(crate) fn put_off_by(&self, height: &HeightOff, at: Point, is_by_marker: bool) -> f64 {
+    /// What a centre there is off (m) at the most where the object is of another height.
+    pub(crate) fn put_off_by(&self, height: &HeightOff, at: Point) -> f64 {
         let [x, y, z] = self.camera.position;
         let above = z - self.solid.height().unwrap_or_default();
-        height.puts_off((at.x - x).hypot(at.y - y), above, is_by_marker)
+        height.puts_off((at.x - x).hypot(at.y - y), above)
+    }
+
+    /// How far (m) the object moves within an exposure at the most.
+    pub(crate) fn blur(&self) -> f64 {
+        self.blur
     }
 
     /// The height (m) that is stated of an object that has one beside its width.
