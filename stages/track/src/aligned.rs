@@ -61,6 +61,8 @@ const FAR_BETTER: f32 = 0.7;
 const KNOWN: f64 = 0.16;
 const LEAST_SHIFT: f64 = 0.5;
 const SURE: f64 = 8.0;
+/// How far compression's grid holds a table back (standard deviation, px) that shows no more than it.
+const OF_GRID: f64 = 0.5;
 /// Deviations below which a turn is none: what moves on the table imitates one.
 const SURE_TURNED: f64 = 16.0;
 /// Where the background scatters by so many times its noise, and this much of 255, it is not where it was.
@@ -154,10 +156,13 @@ impl Spots {
         (fit.scatter <= most).then_some(Aligned {
             flow: fit.flow,
             moved: if is_moved { moved } else { self.still() },
-            deviation: match best {
-                _ if !is_moved => 0.0,
-                Some(fit) => fit.deviation,
-                None => known_to,
+            deviation: if is_moved {
+                // What scatters from image to image scatters alike in all spots, for a part: compression has its grid, which stays.
+                let share = (fit.scatter / self.steepness).min(1.0);
+                let known_to = best.map_or(known_to, |fit| fit.deviation);
+                known_to.hypot(OF_GRID * f64::from(share))
+            } else {
+                0.0
             },
             // Of light, from bytes.
             light: fit.gain.max(0.1).powf(2.2) as f32,

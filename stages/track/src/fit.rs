@@ -43,6 +43,8 @@ pub(crate) struct Fit<'a> {
     pub(crate) residuals: Vec<Edge>,
     /// Standard deviation of a coordinate of the centre, in m.
     pub(crate) deviation: f64,
+    /// The same for what a log's images do not tell of the side's brightness.
+    pub(crate) unsure_of_side: f64,
     /// How bright this image shows the object's side.
     pub(crate) side: SideSums,
     pub(crate) band: BandSums,
@@ -173,11 +175,11 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
             let deviation = deviation.ok_or(NoFit::NoEdges)?;
             // A wide side shows how bright it is.
             let narrow = rays.iter().map(|ray| ray.band.min(WIDE_BAND));
+            let narrow = narrow.sum::<f64>() / rays.len() as f64 / scale;
             let of_side = match known {
-                Some(_) => LEARNT_SIDE,
-                None => UNSEEN_SIDE,
+                Some(_) => 0.0,
+                None => UNSEEN_SIDE * narrow,
             };
-            let of_side = of_side * narrow.sum::<f64>() / rays.len() as f64 / scale;
             return Ok(Fit {
                 pose,
                 residuals: change.residuals(&rays, &found),
@@ -192,6 +194,7 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
                         (ray.at[1] - middle) / rows * Vector2::new(ray.moves[0], ray.moves[1])
                     })
                 },
+                unsure_of_side: LEARNT_SIDE * narrow,
                 side,
                 spread,
                 rays,

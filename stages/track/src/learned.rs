@@ -40,10 +40,10 @@ const LARGER: f64 = 0.4;
 const OWN: f64 = 1.0 / 3.0;
 
 impl Learned {
-    /// The standard deviation (m) of a centre whose own edges say this one.
-    pub(crate) fn deviation(&self, own: f64) -> f64 {
+    /// The standard deviation (m) of a centre whose own edges say this one, and what they cannot tell beside that.
+    pub(crate) fn deviation(&self, own: f64, beside: f64) -> f64 {
         self.variance.map_or(own, |of_log| {
-            (OWN * own * own + (1.0 - OWN) * of_log).sqrt()
+            (OWN * own * own + (1.0 - OWN) * of_log + beside * beside).sqrt()
         })
     }
 

@@ -101,7 +101,7 @@ fn track_into(
             held_bytes: 0,
             outcome: TrackOutcome::default(),
             why: None,
-            notes: Notes::of(tracker.camera(), readout, tracker.blur()),
+            notes: Notes::of(tracker.camera(), readout, tracker.fastest()),
             size,
             info: None,
             view,

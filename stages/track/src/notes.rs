@@ -27,7 +27,8 @@ pub(crate) struct Notes {
     speed: f64,
     /// How far it moved between them, and between those before, in m.
     steps: [f64; 2],
-    /// How far it moves within an exposure at the most, in m.
+    /// How fast it leaves an impact at the most, in m/s, and how far it moves within an exposure then, in m.
+    fastest_start: f64,
     blur: f64,
     /// How large the object's marker was seen in each frame, of what it is.
     scales: Vec<f64>,
@@ -62,8 +63,8 @@ fn unstated(camera: &CameraModel) -> Option<&'static str> {
 
 impl Notes {
     /// Nothing seen yet, by a camera whose readout is stated, or was told by the images, or neither; the
-    /// object moves by so many m within its exposure at the most.
-    pub(crate) fn of(camera: &CameraModel, readout: Option<Readout>, blur: f64) -> Self {
+    /// object leaves an impact at so many m/s at the most.
+    pub(crate) fn of(camera: &CameraModel, readout: Option<Readout>, fastest: f64) -> Self {
         let unstated = match readout {
             None => unstated(camera),
             Some(_) => (camera.exposure.is_none() && camera.stamp != StampMark::Middle)
@@ -73,7 +74,8 @@ impl Notes {
         Self {
             unstated,
             readout,
-            blur,
+            fastest_start: fastest,
+            blur: fastest * camera.exposure.unwrap_or_default(),
             foot: Point::new(camera.position[0], camera.position[1]),
             unsure: unsure.hypot(readout.map_or(0.0, |readout| readout.deviation)),
             ..Self::default()
@@ -124,18 +126,22 @@ impl Notes {
         self.unsure * self.speed
     }
 
-    /// Standard deviation (m) of a coordinate of the last frame's centre, itself known to `deviation`, for an impact within its exposure: what is
+    /// Standard deviation (m) of a coordinate of the last frame's centre, itself known to `deviation`, for an impact just before, or within its exposure: what is
     /// seen is the mean place, and not that of its middle. They differ by as much as it has moved, and by an eighth of what it moves in an
     /// exposure at the most.
     pub(crate) fn started(&self, deviation: f64) -> f64 {
         let [step, before] = self.steps;
         let still = AT_REST * deviation;
-        let is_start = before < still && step > still && step < 0.5 * self.blur;
-        if is_start {
+        if before > still || step < still {
+            return 0.0;
+        }
+        let of_exposure = if step < 0.5 * self.blur {
             0.5 * step.min(0.125 * self.blur)
         } else {
             0.0
-        }
+        };
+        // How fast it is the step before the impact does not tell.
+        of_exposure.hypot(0.5 * self.fastest_start * self.unsure)
     }
 
     /// How large the object's marker is seen, of what it is: the median of the log.

@@ -13,6 +13,8 @@ pub(crate) struct Spots {
     pub(crate) size: [usize; 2],
     /// What its brightness scatters by from image to image, of 255.
     pub(crate) noise: f32,
+    /// How much its brightness changes with a px, of 255: root of the mean square.
+    pub(crate) steepness: f32,
 }
 
 /// A pixel at which brightness is compared.
@@ -33,9 +35,9 @@ const FEWEST_IN_QUARTER: usize = 10;
 const LEAST_SLOPE: f32 = 0.3;
 /// Px from the border at which no movement is looked for.
 const MARGIN: usize = 12;
-const STEPS: usize = 8;
-/// The step (px) at which a fit ends; the movement up to which a spot's slope holds; the least scatter, of 255.
-const DONE: f64 = 0.03;
+const STEPS: usize = 24;
+/// Steps of a fit: noise makes slopes steeper, and each step too short. The step (px) at which it ends; the movement up to which a spot's slope holds; the least scatter, of 255.
+const DONE: f64 = 0.01;
 const NEAR: f32 = 0.25;
 const LEAST_SCATTER: f32 = 0.3;
 /// What scatter is at the most where a fit begins, of that which is seen there.
@@ -58,8 +60,14 @@ impl Spots {
             luma: smoothed(image),
             size: [image.width, image.height],
             noise: 0.0,
+            steepness: 0.0,
         };
         spots.all = spots.steepest(is_table);
+        let squares = spots
+            .all
+            .iter()
+            .map(|spot| spot.slope[0].powi(2) + spot.slope[1].powi(2));
+        spots.steepness = (squares.sum::<f32>() / spots.all.len().max(1) as f32).sqrt();
         let scatters = images.filter_map(|image| {
             let fit = spots.fitted::<SHIFT>(&spots.seen(image), spots.still())?;
             Some(fit.scatter)

@@ -60,6 +60,8 @@ pub(crate) struct Looked {
     pub(crate) shear: PatternSums<2>,
     /// How much larger than it is the object is seen, in px.
     pub(crate) larger: f64,
+    /// Standard deviation of a coordinate, in m, for what a log's images do not tell of the side's brightness.
+    unsure_of_side: f64,
 }
 
 /// Finds the object in images, each by itself: the same image gives the same answer.
@@ -73,7 +75,8 @@ pub struct Tracker {
     table: [Interval; 2],
     light: [f32; 256],
     codes: [f32; 256],
-    /// How far the object moves within an exposure at the most, in m.
+    /// How fast the object leaves an impact at the most, in m/s, and how far it moves within an exposure at the most, in m.
+    fastest: f64,
     blur: f64,
     /// By how many px edges are taken to be blurred at the least.
     least_blur: f64,
@@ -120,6 +123,7 @@ impl Tracker {
             table: [rig.table.x, rig.table.y],
             light: light_of_bytes(),
             codes: codes_of_bytes(),
+            fastest: rig.robot.speed.high * FASTEST,
             blur: camera.exposure.unwrap_or(0.0) * rig.robot.speed.high * FASTEST,
             least_blur: 0.0,
             camera,
@@ -182,7 +186,7 @@ impl Tracker {
         let is_by_outline = looked.observation.marker.is_none();
         let deviation = &mut looked.observation.deviation;
         if is_by_outline && *deviation > 0.0 {
-            *deviation = learned.deviation(*deviation);
+            *deviation = learned.deviation(*deviation, looked.unsure_of_side);
         }
         *deviation = deviation.hypot(metres * aligned.deviation);
         if let (Some(height), Ok(at)) = (&learned.height, looked.observation.centre) {
@@ -199,9 +203,9 @@ impl Tracker {
         height.puts_off((at.x - x).hypot(at.y - y), above)
     }
 
-    /// How far (m) the object moves within an exposure at the most.
-    pub(crate) fn blur(&self) -> f64 {
-        self.blur
+    /// How fast (m/s) the object leaves an impact at the most.
+    pub(crate) fn fastest(&self) -> f64 {
+        self.fastest
     }
 
     /// The height (m) that is stated of an object that has one beside its width.
@@ -299,6 +303,7 @@ impl Tracker {
             band: BandSums::default(),
             shear: PatternSums::default(),
             larger: 0.0,
+            unsure_of_side: 0.0,
         })
     }
 
@@ -515,6 +520,7 @@ impl Tracker {
                     band: fit.band,
                     shear: fit.shear,
                     larger: fit.seen_larger,
+                    unsure_of_side: fit.unsure_of_side,
                     observation: Observation::of(&fit, &judged),
                 }
             }
@@ -561,6 +567,7 @@ impl Looked {
             band: BandSums::default(),
             shear: PatternSums::default(),
             larger: 0.0,
+            unsure_of_side: 0.0,
         }
     }
 }
