@@ -35,9 +35,9 @@ const FEWEST_IN_QUARTER: usize = 10;
 const LEAST_SLOPE: f32 = 0.3;
 /// Px from the border at which no movement is looked for.
 const MARGIN: usize = 12;
-const STEPS: usize = 24;
-/// Steps of a fit: noise makes slopes steeper, and each step too short. The step (px) at which it ends; the movement up to which a spot's slope holds; the least scatter, of 255.
-const DONE: f64 = 0.01;
+const STEPS: usize = 8;
+/// The step (px) at which a fit ends; the movement up to which a spot's slope holds; the least scatter, of 255.
+const DONE: f64 = 0.03;
 const NEAR: f32 = 0.25;
 const LEAST_SCATTER: f32 = 0.3;
 /// What scatter is at the most where a fit begins, of that which is seen there.
