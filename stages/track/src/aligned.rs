@@ -1,6 +1,5 @@
 //! How a table lies in an image: where the camera was pushed or turned, and how bright it is.
 
-use crate::Image;
 use crate::flow::Flow;
 use crate::spots::{ALL, FARTHEST, Fitted, GAIN, SHIFT, Spot, Spots, TURNED};
 
@@ -62,29 +61,50 @@ const FAR_BETTER: f32 = 0.7;
 const KNOWN: f64 = 0.16;
 const LEAST_SHIFT: f64 = 0.5;
 const SURE: f64 = 8.0;
+/// How far compression's grid holds a table back (standard deviation, px) that shows no more than it.
+const OF_GRID: f64 = 0.5;
 /// Deviations below which a turn is none: what moves on the table imitates one.
 const SURE_TURNED: f64 = 16.0;
 /// Where the background scatters by so many times its noise, and this much of 255, it is not where it was.
 const ELSEWHERE: f32 = 3.0;
 const LEAST_ELSEWHERE: f32 = 5.0;
 
+/// Where several images of a log see the table, and how well that is known (standard deviation, px).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub(crate) flow: Flow,
+    pub(crate) deviation: f64,
+}
+
 impl Spots {
-    /// How the table lies in an image of its size; none where it is not what is seen there. `origin` is how it lay where the log began.
-    pub(crate) fn align(&self, image: &Image, origin: &Flow) -> Option<Aligned> {
+    /// How the table lies in an image of which these spots are seen; none where it is not what is seen there. `origin` is how it lay where the
+    /// log began, `places` where others of its images see it: one image alone shows by far less well where it lies than at which of these.
+    pub(crate) fn align(
+        &self,
+        seen: &[(Spot, f32)],
+        origin: &Flow,
+        places: &[Place],
+    ) -> Option<Aligned> {
         if !self.shows_movement() {
             return Some(Aligned::still());
         }
-        let seen = self.seen(image);
-        let still = self.fitted::<GAIN>(&seen, self.still())?;
+        let at = |place: &Place| Some((self.fitted::<GAIN>(seen, place.flow)?, place.deviation));
+        let unmoved = Place {
+            flow: self.still(),
+            deviation: 0.0,
+        };
+        let known = std::iter::once(&unmoved).chain(places).filter_map(at);
+        let known = known.min_by(|(a, _), (b, _)| a.scatter.total_cmp(&b.scatter));
+        let (still, known_to) = known?;
         let most = LEAST_ELSEWHERE.max(ELSEWHERE * self.noise);
         let shifted = |start: Flow| {
-            let fit = self.fitted::<SHIFT>(&seen, start)?;
+            let fit = self.fitted::<SHIFT>(seen, start)?;
             (fit.scatter <= most).then_some(fit)
         };
-        let mut moved = shifted(self.still());
+        let mut moved = shifted(still.flow);
         let near = moved.map_or(still, |moved| moved.least(still));
         if near.scatter > ODD * self.noise {
-            let starts = self.searched(&seen, still.gain).into_iter();
+            let starts = self.searched(seen, still.gain).into_iter();
             let mut far: Vec<Fitted> = starts
                 .filter_map(|start| shifted(self.still().moved(start)))
                 .filter(|far| far.scatter < FAR_BETTER * near.scatter)
@@ -103,18 +123,19 @@ impl Spots {
             }
         }
         // A camera that was pushed is mostly turned as well.
-        let from = moved.map_or(self.still(), |fit| fit.flow);
+        let from = moved.map_or(still.flow, |fit| fit.flow);
         let is_odd = still.scatter > NOISY * self.noise;
-        let turned = is_odd.then(|| self.fitted::<TURNED>(&seen, from)).flatten();
+        let turned = is_odd.then(|| self.fitted::<TURNED>(seen, from)).flatten();
         let from = turned.map_or(from, |fit| fit.flow);
-        let tilted = is_odd.then(|| self.fitted::<ALL>(&seen, from)).flatten();
+        let tilted = is_odd.then(|| self.fitted::<ALL>(seen, from)).flatten();
         // The last that is surely better than all that are simpler.
         let (mut best, mut least) = (None, still);
         for (fit, sure) in [(moved, SURE), (turned, SURE_TURNED), (tilted, SURE_TURNED)] {
             let Some(fit) = fit.filter(|fit| fit.scatter <= most && fit.deviation < KNOWN) else {
                 continue;
             };
-            let is_moved = fit.flow.farthest() > LEAST_SHIFT.max(SURE * fit.deviation);
+            let is_moved =
+                fit.flow.since(&still.flow).farthest() > LEAST_SHIFT.max(SURE * fit.deviation);
             if is_moved && fit.is_better(&least, sure) {
                 best = Some(fit);
             }
@@ -124,7 +145,7 @@ impl Spots {
         // It has moved, and how far is not known.
         let is_elsewhere = best.is_none()
             && moved.is_some_and(|moved| {
-                let far = moved.flow.farthest();
+                let far = moved.flow.since(&still.flow).farthest();
                 moved.scatter < FAR_BETTER * still.scatter && far > FAR
             });
         if is_elsewhere {
@@ -135,7 +156,14 @@ impl Spots {
         (fit.scatter <= most).then_some(Aligned {
             flow: fit.flow,
             moved: if is_moved { moved } else { self.still() },
-            deviation: if is_moved { fit.deviation } else { 0.0 },
+            deviation: if is_moved {
+                // What scatters from image to image scatters alike in all spots, for a part: compression has its grid, which stays.
+                let share = (fit.scatter / self.steepness).min(1.0);
+                let known_to = best.map_or(known_to, |fit| fit.deviation);
+                known_to.hypot(OF_GRID * f64::from(share))
+            } else {
+                0.0
+            },
             // Of light, from bytes.
             light: fit.gain.max(0.1).powf(2.2) as f32,
         })

@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use crate::Image;
-use crate::aligned::{Aligned, Alignment};
+use crate::aligned::{Aligned, Alignment, Place};
 use crate::colour::{Contrast, Map, Range};
 use crate::flow::Flow;
-use crate::spots::Spots;
+use crate::spots::{GAIN, Spot, Spots};
 
 #[derive(Clone, Debug)]
 pub(crate) struct Background {
@@ -19,6 +19,8 @@ pub(crate) struct Background {
     spots: Spots,
     /// How far it has moved where the log begins.
     origin: Flow,
+    /// Where a pushed camera sees it for a while.
+    places: Vec<Place>,
 }
 
 /// An image, and the part of it (`[[x, y], [x, y]]`, px) where the object is.
@@ -28,6 +30,9 @@ pub(crate) type Pilot = (Image, [[f64; 2]; 2]);
 pub(crate) const FEWEST_PILOTS: usize = 5;
 /// A pixel that has the object's colour in this share of the images has always had it.
 const ALWAYS: f64 = 0.8;
+/// Movements that differ by less px are one; none is known better than this (px).
+const ONE_PLACE: f64 = 1.0;
+const LEAST_DEVIATION: f64 = 0.03;
 /// What has always had it reaches so many px farther: an edge is blurred, and a camera trembles.
 const REACH: usize = 3;
 /// A table that has more of the object's colour than this cannot be told from it.
@@ -41,17 +46,22 @@ impl Background {
             let aligned = background.align(image);
             aligned.is_some_and(|aligned| aligned.flow.farthest() == 0.0)
         };
+        let with_places = |mut background: Self| {
+            background.places = background.places_in(&all);
+            background
+        };
         let few = all.windows(FEWEST_PILOTS).find_map(|few| {
             let background = Self::of_all(few, range)?;
             few.iter()
                 .all(|pilot| rests(&background, pilot))
-                .then_some(background)
+                .then(|| with_places(background))
         });
         let of_one_place = few.and_then(|few| {
             let rest: Vec<&Pilot> = pilots.iter().filter(|pilot| rests(&few, pilot)).collect();
             Self::of_all(&rest, range)
         });
-        let mut background = of_one_place.or_else(|| Self::of_all(&all, range))?;
+        let background = of_one_place.or_else(|| Self::of_all(&all, range))?;
+        let mut background = with_places(background);
         let first = pilots.iter().find_map(|(image, _)| background.align(image));
         if let Some(first) = first {
             background.origin = first.flow;
@@ -115,7 +125,56 @@ impl Background {
             is_known,
             is_coloured: grown(&is_always, width, height),
             origin: Flow::still([width, height]),
+            places: Vec::new(),
         })
+    }
+
+    /// Where images in their order see it, if not where it was: several that follow one another show that better than each by itself.
+    fn places_in(&self, pilots: &[&Pilot]) -> Vec<Place> {
+        let seen = pilots.iter().map(|(image, _)| self.spots.seen(image));
+        let seen: Vec<Vec<(Spot, f32)>> = seen.collect();
+        let seen: Vec<&[(Spot, f32)]> = seen.iter().map(Vec::as_slice).collect();
+        let unmoved = self.spots.still();
+        let place = |few: &[&[(Spot, f32)]]| {
+            let aligned = self.spots.align(&Spots::medians(few), &unmoved, &[])?;
+            (aligned.flow.farthest() > 0.0).then_some(Place {
+                flow: aligned.flow,
+                deviation: aligned.deviation,
+            })
+        };
+        let mut found: Vec<(Place, usize)> = Vec::new();
+        for new in seen.windows(FEWEST_PILOTS).filter_map(place) {
+            let is_it = |known: &Place| known.flow.since(&new.flow).farthest() < ONE_PLACE;
+            match found.iter_mut().find(|(known, _)| is_it(known)) {
+                Some((_, count)) => *count += 1,
+                None => found.push((new, 1)),
+            }
+        }
+        found.retain(|(_, count)| *count > 1);
+        let flows: Vec<Flow> = found.iter().map(|(place, _)| place.flow).collect();
+        let scatter = |seen: &[(Spot, f32)], flow: Flow| {
+            let fit = self.spots.fitted::<GAIN>(seen, flow);
+            fit.map_or(f32::INFINITY, |fit| fit.scatter)
+        };
+        let own = |flow: Flow| -> Option<Place> {
+            let others = || flows.iter().copied().chain([unmoved]);
+            let is_there = |seen: &&&[(Spot, f32)]| {
+                let here = scatter(seen, flow);
+                others().all(|other| here <= scatter(seen, other))
+            };
+            let there: Vec<&[(Spot, f32)]> = seen.iter().filter(is_there).copied().collect();
+            let all = place(&there)?;
+            let half = |first: usize| {
+                let half: Vec<_> = there.iter().skip(first).step_by(2).copied().collect();
+                place(&half)
+            };
+            let between = half(0)?.flow.since(&half(1)?.flow).farthest();
+            Some(Place {
+                deviation: all.deviation.hypot(0.5 * between).max(LEAST_DEVIATION),
+                ..all
+            })
+        };
+        flows.iter().filter_map(|flow| own(*flow)).collect()
     }
 
     /// How it lies in an image; none where it is not what is seen there.
@@ -123,7 +182,8 @@ impl Background {
         if image.width != self.image.width || image.height != self.image.height {
             return None;
         }
-        self.spots.align(image, &self.origin)
+        let seen = self.spots.seen(image);
+        self.spots.align(&seen, &self.origin, &self.places)
     }
 
     /// A pixel; none where it is not known.

@@ -19,8 +19,8 @@ pub(crate) struct Ray {
     pub(crate) at: [f64; 2],
     /// Outwards, of length 1.
     pub(crate) normal: [f64; 2],
-    /// How the crossing moves along the ray with x, y (px/m) and yaw (px/rad).
-    pub(crate) moves: [f64; 3],
+    /// How the crossing moves along the ray with x, y (px/m), yaw (px/rad) and the object's height (px/m).
+    pub(crate) moves: [f64; 4],
     /// Width of the object's side along the ray, in px.
     pub(crate) band: f64,
 }
@@ -49,7 +49,7 @@ pub(crate) fn rays(outline: &Outline, spacing: f64) -> Vec<Ray> {
             rays.push(Ray {
                 at,
                 normal,
-                moves: [0, 1, 2].map(|i| across(between(a.moves[i], b.moves[i]))),
+                moves: [0, 1, 2, 3].map(|i| across(between(a.moves[i], b.moves[i]))),
                 band,
             });
             next += step;

@@ -43,6 +43,8 @@ pub(crate) struct Fit<'a> {
     pub(crate) residuals: Vec<Edge>,
     /// Standard deviation of a coordinate of the centre, in m.
     pub(crate) deviation: f64,
+    /// The same for what a log's images do not tell of the side's brightness.
+    pub(crate) unsure_of_side: f64,
     /// How bright this image shows the object's side.
     pub(crate) side: SideSums,
     pub(crate) band: BandSums,
@@ -76,7 +78,7 @@ pub(crate) enum NoFit {
 }
 
 /// Distance between rays, in px: about that over which JPEG's noise is alike.
-const SPACING: f64 = 1.5;
+pub(crate) const SPACING: f64 = 1.5;
 /// Px of a ray at each end from which its levels are taken.
 const LEVEL: f64 = 2.5;
 /// Px between a level and the blurred edge.
@@ -88,6 +90,8 @@ const STEPS: usize = 8;
 const DONE: f64 = 0.004;
 /// How bright a side is, of the upper face, one image does not tell by better than this: standard deviation.
 const UNSEEN_SIDE: f64 = 0.23;
+/// Nor do a log's images tell it of each direction by better than this: it is no sum of a cosine and a sine.
+const LEARNT_SIDE: f64 = 0.06;
 /// A table with more than this share of glare's light cannot be distinguished from it: compression rings.
 const BRIGHT: f32 = 0.8;
 /// Fewest pixels of the object, and of the table, for their colours.
@@ -171,9 +175,10 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
             let deviation = deviation.ok_or(NoFit::NoEdges)?;
             // A wide side shows how bright it is.
             let narrow = rays.iter().map(|ray| ray.band.min(WIDE_BAND));
+            let narrow = narrow.sum::<f64>() / rays.len() as f64 / scale;
             let of_side = match known {
                 Some(_) => 0.0,
-                None => UNSEEN_SIDE * narrow.sum::<f64>() / rays.len() as f64 / scale,
+                None => UNSEEN_SIDE * narrow,
             };
             return Ok(Fit {
                 pose,
@@ -189,6 +194,7 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
                         (ray.at[1] - middle) / rows * Vector2::new(ray.moves[0], ray.moves[1])
                     })
                 },
+                unsure_of_side: LEARNT_SIDE * narrow,
                 side,
                 spread,
                 rays,

@@ -12,6 +12,7 @@ use crate::background::{FEWEST_PILOTS, Pilot};
 use crate::change::BandSums;
 use crate::decode::size;
 use crate::edges::{Side, SideSums};
+use crate::height::Profiles;
 use crate::learned::Learned;
 use crate::message::is_video;
 use crate::tracker::Looked;
@@ -134,7 +135,14 @@ impl Learned {
         let deviation = 0.5 * (at(0.75) - at(0.25)) / 0.6745;
         learned.larger = [at(0.5), deviation.max(LEAST_LARGER)];
         // With all of that known, each tells how well its centre is.
-        let last = found(&all(&learned));
+        let last = all(&learned);
+        let seen = pilots.iter().zip(&last);
+        let profiles = seen.filter_map(|((image, _), looked)| {
+            tracker.profiles(image, &looked.observation, &learned)
+        });
+        let profiles: Vec<Profiles> = profiles.collect();
+        learned.height = tracker.height_off(&profiles);
+        let last = found(&last);
         let squares = last
             .iter()
             .map(|looked| looked.observation.deviation.powi(2));

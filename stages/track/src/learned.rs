@@ -4,6 +4,7 @@ use crate::Image;
 use crate::aligned::Aligned;
 use crate::background::Background;
 use crate::edges::Side;
+use crate::height::HeightOff;
 
 /// What is known before an image is looked at.
 #[derive(Clone, Debug)]
@@ -15,6 +16,8 @@ pub(crate) struct Learned {
     pub(crate) larger: [f64; 2],
     /// Mean square of the deviations (m) that the log's images show, where they show any.
     pub(crate) variance: Option<f64>,
+    /// How much taller than stated the object is seen to be, where that is sure.
+    pub(crate) height: Option<HeightOff>,
 }
 
 impl Default for Learned {
@@ -24,6 +27,7 @@ impl Default for Learned {
             side: None,
             larger: [0.0, LARGER],
             variance: None,
+            height: None,
         }
     }
 }
@@ -36,10 +40,10 @@ const LARGER: f64 = 0.4;
 const OWN: f64 = 1.0 / 3.0;
 
 impl Learned {
-    /// The standard deviation (m) of a centre whose own edges say this one.
-    pub(crate) fn deviation(&self, own: f64) -> f64 {
+    /// The standard deviation (m) of a centre whose own edges say this one, and what they cannot tell beside that.
+    pub(crate) fn deviation(&self, own: f64, beside: f64) -> f64 {
         self.variance.map_or(own, |of_log| {
-            (OWN * own * own + (1.0 - OWN) * of_log).sqrt()
+            (OWN * own * own + (1.0 - OWN) * of_log + beside * beside).sqrt()
         })
     }
 

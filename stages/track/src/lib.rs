@@ -34,6 +34,7 @@ mod excerpt;
 mod fit;
 mod flow;
 mod frame;
+mod height;
 mod homography;
 mod huffman;
 mod image;

@@ -12,7 +12,7 @@ use crate::camera_info::{CameraMessage, LogLens};
 use crate::frame::TrackedFrame;
 use crate::learned::Learned;
 use crate::message_queue::{FrameTracker, MessageQueue, Processed};
-use crate::notes::{Notes, QUALITY_SCHEMA, said_of_marker};
+use crate::notes::{Notes, QUALITY_SCHEMA, said_of_height, said_of_marker};
 use crate::readout::Readout;
 use crate::sequence::{Sequence, SequenceFrame};
 use crate::view::{LogFile, View};
@@ -89,6 +89,7 @@ fn track_into(
     let (summary, mut outcome) = rayon::scope_fifo(|scope| {
         let mut tracking = Tracking {
             tracker: &tracker,
+            learned: &learned,
             topic,
             centroid,
             pose,
@@ -100,7 +101,7 @@ fn track_into(
             held_bytes: 0,
             outcome: TrackOutcome::default(),
             why: None,
-            notes: Notes::of(tracker.camera(), readout),
+            notes: Notes::of(tracker.camera(), readout, tracker.fastest()),
             size,
             info: None,
             view,
@@ -151,6 +152,7 @@ struct Seen {
 
 struct Tracking<'a, 's, 'scope> {
     tracker: &'a Tracker,
+    learned: &'a Learned,
     topic: &'a ImageTopic,
     rig: &'a Rig,
     centroid: &'a str,
@@ -291,14 +293,14 @@ impl Tracking<'_, '_, '_> {
             let point = frame.centre.ok();
             let (log_time, seen) = frame.with;
             self.notes.add(frame.stamp, point, seen.shift);
-            let late = self.notes.late();
+            let unsure = self.notes.late().hypot(self.notes.started(seen.deviation));
             let reason = frame.centre.err();
             let turned = seen.turned.filter(|_| point.is_some());
             let report = FrameReport {
                 stamp: frame.stamp,
                 x: point.map(|point| point.x),
                 y: point.map(|point| point.y),
-                deviation: point.map(|_| seen.deviation.hypot(late)),
+                deviation: point.map(|_| seen.deviation.hypot(unsure)),
                 yaw: turned.map(|(yaw, _)| yaw),
                 yaw_deviation: turned.map(|(_, marker)| marker.yaw_deviation),
                 shift: seen.shift,
@@ -356,6 +358,12 @@ impl Tracking<'_, '_, '_> {
             outcome.notes.extend(info.contradictions(lens, self.size));
         }
         outcome.notes.extend(self.notes.said(self.tracker.camera()));
+        let height = self.learned.height.as_ref().zip(self.notes.outermost());
+        outcome.notes.extend(height.and_then(|(height, place)| {
+            let off = self.tracker.put_off_by(height, place);
+            let seen = height.seen(self.tracker.height()?);
+            Some(said_of_height(seen, &self.rig.object, (place, off)))
+        }));
         let marker = self.notes.marker().and_then(|scale| {
             let height = 2.0 * self.rig.object.solid.half_height();
             said_of_marker(scale, height, self.tracker.camera())

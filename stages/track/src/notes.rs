@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use values::{Point, StampMark};
+use values::{Object, Point, StampMark};
 
 use crate::readout::Readout;
 use crate::{CameraModel, Reason};
@@ -25,14 +25,24 @@ pub(crate) struct Notes {
     last: Option<(i64, Point)>,
     /// How fast it was between the last two frames, in m/s.
     speed: f64,
+    /// How far it moved between them, and between those before, in m.
+    steps: [f64; 2],
+    /// How fast it leaves an impact at the most, in m/s, and how far it moves within an exposure then, in m.
+    fastest_start: f64,
+    blur: f64,
     /// How large the object's marker was seen in each frame, of what it is.
     scales: Vec<f64>,
+    /// The point below the camera, and the place of the object that is farthest from it.
+    foot: Point,
+    outermost: Option<Point>,
 }
 
 /// Frames that are no single one that was misjudged.
 const FEWEST_MOVED: u64 = 3;
 /// An object that is slower than this, in m/s, is hardly put elsewhere by a camera's timing.
 const SLOW: f64 = 0.1;
+/// An object that moves by less than so many deviations of its place rests.
+const AT_REST: f64 = 4.0;
 /// Frames that are farther apart, in s, tell no speed, and an object that is put elsewhere by a hand is none that was struck.
 const APART: f64 = 0.1;
 const FASTEST: f64 = 3.0;
@@ -52,8 +62,9 @@ fn unstated(camera: &CameraModel) -> Option<&'static str> {
 }
 
 impl Notes {
-    /// Nothing seen yet, by a camera whose readout is stated, or was told by the images, or neither.
-    pub(crate) fn of(camera: &CameraModel, readout: Option<Readout>) -> Self {
+    /// Nothing seen yet, by a camera whose readout is stated, or was told by the images, or neither; the
+    /// object leaves an impact at so many m/s at the most.
+    pub(crate) fn of(camera: &CameraModel, readout: Option<Readout>, fastest: f64) -> Self {
         let unstated = match readout {
             None => unstated(camera),
             Some(_) => (camera.exposure.is_none() && camera.stamp != StampMark::Middle)
@@ -63,6 +74,9 @@ impl Notes {
         Self {
             unstated,
             readout,
+            fastest_start: fastest,
+            blur: fastest * camera.exposure.unwrap_or_default(),
+            foot: Point::new(camera.position[0], camera.position[1]),
             unsure: unsure.hypot(readout.map_or(0.0, |readout| readout.deviation)),
             ..Self::default()
         }
@@ -79,13 +93,19 @@ impl Notes {
             self.farthest = self.farthest.max(far);
         }
         self.speed = 0.0;
+        self.steps = [0.0, self.steps[0]];
         let Some(centre) = centre else { return };
+        let is_farther = |other: Point| self.foot.distance(centre) > self.foot.distance(other);
+        if self.outermost.is_none_or(is_farther) {
+            self.outermost = Some(centre);
+        }
         if let Some((last, place)) = self.last.replace((stamp, centre)) {
             let seconds = 1e-9 * (stamp - last) as f64;
             let speed = centre.distance(place) / seconds;
             if (0.0..APART).contains(&seconds) && speed < FASTEST {
                 self.fastest = self.fastest.max(speed);
                 self.speed = speed;
+                self.steps[0] = centre.distance(place);
             }
         }
     }
@@ -95,10 +115,33 @@ impl Notes {
         self.scales.push(scale);
     }
 
+    /// The place of the object that is farthest from the point below the camera.
+    pub(crate) fn outermost(&self) -> Option<Point> {
+        self.outermost
+    }
+
     /// Standard deviation (m) of a coordinate of the last frame's centre for what is not known of the camera's timing: nothing where that is
     /// stated, or the object rests.
     pub(crate) fn late(&self) -> f64 {
         self.unsure * self.speed
+    }
+
+    /// Standard deviation (m) of a coordinate of the last frame's centre, itself known to `deviation`, for an impact just before, or within its exposure: what is
+    /// seen is the mean place, and not that of its middle. They differ by as much as it has moved, and by an eighth of what it moves in an
+    /// exposure at the most.
+    pub(crate) fn started(&self, deviation: f64) -> f64 {
+        let [step, before] = self.steps;
+        let still = AT_REST * deviation;
+        if before > still || step < still {
+            return 0.0;
+        }
+        let of_exposure = if step < 0.5 * self.blur {
+            0.5 * step.min(0.125 * self.blur)
+        } else {
+            0.0
+        };
+        // How fast it is the step before the impact does not tell.
+        of_exposure.hypot(0.5 * self.fastest_start * self.unsure)
     }
 
     /// How large the object's marker is seen, of what it is: the median of the log.
@@ -141,6 +184,29 @@ impl Notes {
         }
         said
     }
+}
+
+/// That the object is seen to be of another height (m, with its deviation) than stated, and what that costs (m) at a place.
+pub(crate) fn said_of_height(
+    [seen, deviation]: [f64; 2],
+    object: &Object,
+    (place, off): (Point, f64),
+) -> String {
+    let stated = 2.0 * object.solid.half_height();
+    let mend = match object.solid {
+        values::Solid::Box {
+            half_size: [x, y, _],
+        } => {
+            format!("half_size = [{x}, {y}, {:.4}]", 0.5 * seen)
+        }
+        _ => format!("half_height = {:.4}", 0.5 * seen),
+    };
+    let [seen, deviation, stated, off] = [seen, deviation, stated, off].map(|metres| 1e3 * metres);
+    format!(
+        "the object is seen to be {seen:.0} mm tall (to {deviation:.0} mm, standard deviation), and the rig file says {stated:.0} mm: at x = {:.2}, y = {:.2} \
+         that puts its centre up to {off:.1} mm off. Measure its height; what is seen would be {mend} under [object]",
+        place.x, place.y
+    )
 }
 
 /// A marker is printed and measured to this share.
@@ -258,7 +324,7 @@ mod tests {
             deviation: 0.003,
         };
         let mut all = [(&untold, None), (&told, None), (&untold, Some(seen))]
-            .map(|(camera, readout)| Notes::of(camera, readout));
+            .map(|(camera, readout)| Notes::of(camera, readout, 0.0));
         let mut late = |stamp: i64, x: f64| {
             all.each_mut().map(|notes| {
                 notes.add(stamp, Some(Point::new(x, 0.0)), [0.0; 2]);
@@ -272,5 +338,25 @@ mod tests {
         assert_eq!(told, 0.0);
         assert!((seen - 0.6 * 0.003).abs() < 1e-6, "{seen}");
         assert_eq!(late(66_666_666, 0.42), [0.0; 3], "at rest");
+    }
+
+    #[test]
+    fn an_impact_within_an_exposure_makes_its_frame_less_sure() {
+        let mut notes = Notes {
+            blur: 0.016,
+            ..Notes::default()
+        };
+        let mut started = |frame: i64, x: f64| {
+            notes.add(33_333_333 * frame, Some(Point::new(x, 0.0)), [0.0; 2]);
+            notes.started(0.0001)
+        };
+        assert_eq!([started(0, 0.4), started(1, 0.4)], [0.0; 2], "at rest");
+        assert!(
+            (started(2, 0.403) - 0.001).abs() < 1e-9,
+            "an eighth of 16 mm"
+        );
+        assert_eq!(started(3, 0.43), 0.0, "it moves");
+        assert_eq!([started(4, 0.43), started(5, 0.43)], [0.0; 2]);
+        assert_eq!(started(6, 0.45), 0.0, "the impact was before the exposure");
     }
 }

@@ -53,6 +53,14 @@ impl Solid {
         }
     }
 
+    /// Its height in m, where its outline shows more of it than its width.
+    pub(crate) fn height(&self) -> Option<f64> {
+        match self {
+            Self::Cylinder { height, .. } | Self::Box { height, .. } => Some(*height),
+            Self::Sphere { .. } => None,
+        }
+    }
+
     /// Largest half width in m.
     pub(crate) fn reach(&self) -> f64 {
         match self {
@@ -74,8 +82,8 @@ impl Solid {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
     pub(crate) at: [f64; 2],
-    /// How it moves with x, y (px/m) and yaw (px/rad).
-    pub(crate) moves: [[f64; 2]; 3],
+    /// How it moves with x, y (px/m), yaw (px/rad) and the object's height (px/m).
+    pub(crate) moves: [[f64; 2]; 4],
 }
 
 /// What is seen of a solid.
@@ -238,15 +246,20 @@ fn corner(camera: &CameraModel, pose: Pose, arm: [f64; 2], z: f64, is_top: bool)
     let slope = camera.lens.slope(direction);
     // A step e of the point changes u = X/Z by (e·right − u·e·forward)/Z.
     let [right, down, forward] = camera.axes;
-    let step = |e: [f64; 2]| {
-        let along = |axis: [f64; 3]| axis[0] * e[0] + axis[1] * e[1];
+    let step = |e: [f64; 3]| {
+        let along = |axis: [f64; 3]| crate::camera::dot(axis, e);
         let du = (along(right) - u * along(forward)) / depth;
         let dv = (along(down) - v * along(forward)) / depth;
         slope.map(|row| row[0] * du + row[1] * dv)
     };
     let vertex = Vertex {
         at: camera.lens.pixel(direction),
-        moves: [step([1.0, 0.0]), step([0.0, 1.0]), step([-arm[1], arm[0]])],
+        moves: [
+            step([1.0, 0.0, 0.0]),
+            step([0.0, 1.0, 0.0]),
+            step([-arm[1], arm[0], 0.0]),
+            step([0.0, 0.0, f64::from(u8::from(is_top))]),
+        ],
     };
     Some(Corner {
         direction,

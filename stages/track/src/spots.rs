@@ -13,6 +13,8 @@ pub(crate) struct Spots {
     pub(crate) size: [usize; 2],
     /// What its brightness scatters by from image to image, of 255.
     pub(crate) noise: f32,
+    /// How much its brightness changes with a px, of 255: root of the mean square.
+    pub(crate) steepness: f32,
 }
 
 /// A pixel at which brightness is compared.
@@ -58,8 +60,14 @@ impl Spots {
             luma: smoothed(image),
             size: [image.width, image.height],
             noise: 0.0,
+            steepness: 0.0,
         };
         spots.all = spots.steepest(is_table);
+        let squares = spots
+            .all
+            .iter()
+            .map(|spot| spot.slope[0].powi(2) + spot.slope[1].powi(2));
+        spots.steepness = (squares.sum::<f32>() / spots.all.len().max(1) as f32).sqrt();
         let scatters = images.filter_map(|image| {
             let fit = spots.fitted::<SHIFT>(&spots.seen(image), spots.still())?;
             Some(fit.scatter)
@@ -147,6 +155,19 @@ impl Spots {
         spots
             .map(|spot| (*spot, luma(image, spot.column, spot.row)))
             .collect()
+    }
+
+    /// The spots, each with the median of its brightness in some images: what hides it in few of them does not count.
+    pub(crate) fn medians(images: &[&[(Spot, f32)]]) -> Vec<(Spot, f32)> {
+        let first = images.first().copied().unwrap_or_default();
+        let all = first.iter().enumerate().map(|(k, (spot, _))| {
+            let mut values: Vec<f32> = images.iter().map(|seen| seen[k].1).collect();
+            values.sort_by(f32::total_cmp);
+            let middle = values.len() / 2;
+            let low = values[(values.len() - 1) / 2];
+            (*spot, 0.5 * (low + values[middle]))
+        });
+        all.collect()
     }
 
     /// How bright spots are, of what they were, and what they scatter by: medians, whatever some of them show.

@@ -9,12 +9,14 @@ use crate::background::{Background, Pilot};
 use crate::change::{BandSums, PatternSums};
 use crate::colour::{Range, codes_of_bytes, light_of_bytes};
 use crate::detect::{Blob, blobs};
-use crate::edges::SideSums;
-use crate::fit::{Fit, NoFit, Scene, fit, nearby};
+use crate::edges::{Ray, SideSums, rays};
+use crate::fit::{Fit, NoFit, SPACING, Scene, fit, nearby};
+use crate::height::{HeightOff, Profile, Profiles, STEP, WINDOW};
 use crate::learned::Learned;
 use crate::marker::{ByMarker, ObjectMarker};
 use crate::outline::{Outline, Pose, Solid};
 use crate::size::is_glare;
+use crate::table::Table;
 use crate::trust::{Judgement, judge};
 use crate::{CameraModel, Image, Reason, SetupError};
 
@@ -58,6 +60,8 @@ pub(crate) struct Looked {
     pub(crate) shear: PatternSums<2>,
     /// How much larger than it is the object is seen, in px.
     pub(crate) larger: f64,
+    /// Standard deviation of a coordinate, in m, for what a log's images do not tell of the side's brightness.
+    unsure_of_side: f64,
 }
 
 /// Finds the object in images, each by itself: the same image gives the same answer.
@@ -71,7 +75,8 @@ pub struct Tracker {
     table: [Interval; 2],
     light: [f32; 256],
     codes: [f32; 256],
-    /// How far the object moves within an exposure at the most, in m.
+    /// How fast the object leaves an impact at the most, in m/s, and how far it moves within an exposure at the most, in m.
+    fastest: f64,
     blur: f64,
     /// By how many px edges are taken to be blurred at the least.
     least_blur: f64,
@@ -118,6 +123,7 @@ impl Tracker {
             table: [rig.table.x, rig.table.y],
             light: light_of_bytes(),
             codes: codes_of_bytes(),
+            fastest: rig.robot.speed.high * FASTEST,
             blur: camera.exposure.unwrap_or(0.0) * rig.robot.speed.high * FASTEST,
             least_blur: 0.0,
             camera,
@@ -180,10 +186,94 @@ impl Tracker {
         let is_by_outline = looked.observation.marker.is_none();
         let deviation = &mut looked.observation.deviation;
         if is_by_outline && *deviation > 0.0 {
-            *deviation = learned.deviation(*deviation);
+            *deviation = learned.deviation(*deviation, looked.unsure_of_side);
         }
         *deviation = deviation.hypot(metres * aligned.deviation);
+        if let (Some(height), Ok(at)) = (&learned.height, looked.observation.centre) {
+            let off = self.put_off_by(height, at);
+            *deviation = deviation.hypot(off * std::f64::consts::FRAC_1_SQRT_2);
+        }
         looked
+    }
+
+    /// What a centre there is off (m) at the most where the object is of another height.
+    pub(crate) fn put_off_by(&self, height: &HeightOff, at: Point) -> f64 {
+        let [x, y, z] = self.camera.position;
+        let above = z - self.solid.height().unwrap_or_default();
+        height.puts_off((at.x - x).hypot(at.y - y), above)
+    }
+
+    /// How fast (m/s) the object leaves an impact at the most.
+    pub(crate) fn fastest(&self) -> f64 {
+        self.fastest
+    }
+
+    /// The height (m) that is stated of an object that has one beside its width.
+    pub(crate) fn height(&self) -> Option<f64> {
+        self.solid.height()
+    }
+
+    /// How much taller than stated the object is, as these images show it.
+    pub(crate) fn height_off(&self, profiles: &[Profiles]) -> Option<HeightOff> {
+        HeightOff::of(profiles, self.solid.height()?)
+    }
+
+    /// What an image shows along rays across the object's outline, where it is found by that.
+    pub(crate) fn profiles(
+        &self,
+        image: &Image,
+        observation: &Observation,
+        learned: &Learned,
+    ) -> Option<Profiles> {
+        let (at, pixel) = (observation.centre.ok()?, observation.pixel?);
+        let range = self
+            .range
+            .as_ref()
+            .filter(|_| observation.marker.is_none())?;
+        let camera = self.camera_near(&learned.align(image)?, pixel);
+        let pose = Pose {
+            x: at.x,
+            y: at.y,
+            yaw: observation.yaw,
+        };
+        let outline = Outline::seen(&camera, &self.solid, pose)?;
+        let table = Table {
+            image,
+            light: &self.light,
+            codes: &self.codes,
+            median: [0.0; 3],
+            background: None,
+        };
+        let along = |ray: Ray| {
+            let steps = ((ray.band + 2.0 * WINDOW) / STEP).round() as usize;
+            let sample = |k: usize| {
+                let t = WINDOW - STEP * k as f64;
+                let bytes = table.codes_at([0, 1].map(|i| ray.at[i] + t * ray.normal[i]))?;
+                Some((t, bytes.map(f64::from)))
+            };
+            let bytes: Option<Vec<_>> = (0..=steps).rev().map(sample).collect();
+            Some(Profile { ray, bytes: bytes? })
+        };
+        let rays: Vec<Profile> = rays(&outline, SPACING)
+            .into_iter()
+            .filter_map(along)
+            .collect();
+        let shares = [0.2, 0.4, 0.6, 0.8].iter();
+        let inside = shares.flat_map(|share| rays.iter().map(move |one| (share, one.ray.at)));
+        let inside = inside.filter_map(|(share, at)| {
+            let [x, y] = [0, 1].map(|i| (pixel[i] + share * (at[i] - pixel[i])).round());
+            let is_in = x < image.width as f64 && y < image.height as f64;
+            let rgb = is_in.then(|| image.pixel(x as usize, y as usize))?;
+            range
+                .contains(rgb, image.grey)
+                .then_some(rgb.map(|byte| f64::from(byte) / 255.0))
+        });
+        let outside = rays.iter().filter_map(|one| Some(one.bytes.last()?.1));
+        Some(Profiles {
+            object: mean(inside)?,
+            table: mean(outside)?,
+            rays,
+        })
     }
 
     /// The camera as it sees what is near a pixel: where the table has moved in the image, the object's picture has moved with it.
@@ -213,6 +303,7 @@ impl Tracker {
             band: BandSums::default(),
             shear: PatternSums::default(),
             larger: 0.0,
+            unsure_of_side: 0.0,
         })
     }
 
@@ -429,6 +520,7 @@ impl Tracker {
                     band: fit.band,
                     shear: fit.shear,
                     larger: fit.seen_larger,
+                    unsure_of_side: fit.unsure_of_side,
                     observation: Observation::of(&fit, &judged),
                 }
             }
@@ -455,6 +547,14 @@ impl Tracker {
     }
 }
 
+/// The mean of some colours; none where there is none.
+fn mean(colours: impl Iterator<Item = [f64; 3]>) -> Option<[f64; 3]> {
+    let (count, sum) = colours.fold((0.0, [0.0; 3]), |(count, sum), colour| {
+        (count + 1.0, [0, 1, 2].map(|i| sum[i] + colour[i]))
+    });
+    (count > 0.0).then(|| sum.map(|part| part / count))
+}
+
 fn is_found(looked: &Looked) -> bool {
     looked.observation.centre.is_ok()
 }
@@ -467,6 +567,7 @@ impl Looked {
             band: BandSums::default(),
             shear: PatternSums::default(),
             larger: 0.0,
+            unsure_of_side: 0.0,
         }
     }
 }

@@ -37,6 +37,16 @@ fn tracked(
     pushed: usize,
     push: impl Fn(&mut Camera),
 ) -> (TrackOutcome, Vec<FrameReport>) {
+    tracked_with(&lab(), frames, pushed, push)
+}
+
+/// The same with what a rig file says.
+fn tracked_with(
+    stated: &Rig,
+    frames: &[Frame],
+    pushed: usize,
+    push: impl Fn(&mut Camera),
+) -> (TrackOutcome, Vec<FrameReport>) {
     let rig = lab();
     let mut aside = rig.clone();
     push(&mut aside.camera);
@@ -56,7 +66,7 @@ fn tracked(
     let dir = tempfile::tempdir().unwrap();
     let (log, out) = (dir.path().join("log.mcap"), dir.path().join("out.mcap"));
     write(&log, "sensor_msgs/msg/CompressedImage", "cdr", &messages);
-    let outcome = track_log(&log, &rig, &out, None).unwrap();
+    let outcome = track_log(&log, stated, &out, None).unwrap();
     (outcome, reports(&out))
 }
 
@@ -75,6 +85,29 @@ fn reports(path: &Path) -> Vec<FrameReport> {
 /// How far off a frame's centre is, in m; none where it has none.
 fn off(report: &FrameReport, at: &Moment) -> Option<f64> {
     Some(Point::new(report.x?, report.y?).distance(Point::new(at.x, at.y)))
+}
+
+#[test]
+fn a_height_that_the_images_do_not_show_is_told_and_makes_centres_less_sure() {
+    let (frames, true_rig) = (frames(), lab());
+    let told = |outcome: &TrackOutcome| {
+        let notes = outcome.notes.iter();
+        notes.filter(|note| note.contains("mm tall")).count()
+    };
+    let (outcome, as_it_is) = tracked_with(&true_rig, &frames, frames.len(), |_| {});
+    assert_eq!(told(&outcome), 0, "{:?}", outcome.notes);
+    let mut stated = true_rig.clone();
+    let values::Solid::Cylinder { half_height, .. } = &mut stated.object.solid else {
+        panic!("a cylinder");
+    };
+    *half_height += 0.008;
+    let (outcome, reports) = tracked_with(&stated, &frames, frames.len(), |_| {});
+    assert_eq!(told(&outcome), 1, "{:?}", outcome.notes);
+    for ((report, sure), (at, _)) in reports.iter().zip(&as_it_is).zip(&frames) {
+        let (off, deviation) = (off(report, at).unwrap(), report.deviation.unwrap());
+        assert!(off < 3.0 * deviation, "{off} {deviation}");
+        assert!(deviation > sure.deviation.unwrap(), "{report:?}");
+    }
 }
 
 #[test]
