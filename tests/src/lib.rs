@@ -1,9 +1,10 @@
-//! What proves the whole: the hidden-effect benchmark ([`blind`]), the real strikes of a KUKA arm ([`kuka`]), tables that change ([`living`]),
-//! fuzzing ([`fuzz`]) and a hundred nights with faults ([`soak`]); the integration tests are in `whole/`.
+//! What proves the whole: the hidden-effect benchmark ([`blind`]), the real strikes of a KUKA arm ([`kuka`]), tables that change ([`living`]), what
+//! a fence hides ([`fenced`]), fuzzing ([`fuzz`]) and a hundred nights with faults ([`soak`]); the integration tests are in `whole/`.
 
 #![expect(missing_docs, reason = "its own tests alone use it")]
 
 pub mod blind;
+pub mod fenced;
 pub mod fuzz;
 pub mod kuka;
 pub mod living;

@@ -251,11 +251,13 @@ pub enum Finding {
         strikes: usize,
         misses: bool,
     },
-    /// Tip and object touch when both radii together are so much longer than stated.
+    /// Tip and object touch when both radii together are so much longer than stated. Where no command is logged (`by_touch`), touches are sought
+    /// where the stated radii put them, which draws this to those by more than the error says.
     Radii {
         longer: f64,
         error: f64,
         strikes: usize,
+        by_touch: bool,
     },
     /// Without a command, what the tip pushes is so far from its centre, which is not as far as both radii reach: no touch is seen as one.
     Reach {
@@ -288,7 +290,7 @@ pub enum Finding {
         low: f64,
         high: f64,
     },
-    /// Most strikes of a log were rejected.
+    /// Many strikes of a log were rejected.
     MostlyRejected {
         log: String,
         rejected: usize,
@@ -393,11 +395,13 @@ impl Finding {
             | Self::Strays { certain: true, .. }
             | Self::OutsideLimits {
                 commanded: true, ..
-            }
-            | Self::MostlyRejected {
-                reason: RejectReason::UnitsImplausible | RejectReason::OffTable,
-                ..
             } => Severity::Meaningless,
+            Self::MostlyRejected {
+                reason: RejectReason::UnitsImplausible | RejectReason::OffTable,
+                rejected,
+                seen,
+                ..
+            } if 2 * rejected > *seen => Severity::Meaningless,
             // Not one strike is timed.
             Self::MostlyRejected {
                 reason: RejectReason::ClockBackwards,

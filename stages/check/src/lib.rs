@@ -383,28 +383,29 @@ fn limits(rig: &Rig, pairs: &[Pair], commanded: bool) -> Vec<Finding> {
     .collect()
 }
 
-/// Logs of which most strikes were not kept, each with the reason that most were rejected for.
+/// Logs of which many strikes were not kept, each with the reason that most were rejected for. What another log holds is no loss.
 fn rejected(logs: &[LogRead<'_>]) -> Vec<Finding> {
-    let mostly = logs.iter().filter_map(|log| {
-        let seen = log.kept + log.rejects.len();
-        if seen < FEWEST || 2 * log.rejects.len() <= seen {
+    /// One in so many.
+    const MANY: usize = 4;
+    let many = logs.iter().filter_map(|log| {
+        let lost = |reject: &&&Reject| reject.reason != RejectReason::Duplicate;
+        let rejects: Vec<&&Reject> = log.rejects.iter().filter(lost).collect();
+        let seen = log.kept + rejects.len();
+        if seen < FEWEST || MANY * rejects.len() <= seen {
             return None;
         }
-        let count = |reason| log.rejects.iter().filter(|r| r.reason == reason).count();
-        let most = log
-            .rejects
-            .iter()
-            .max_by_key(|reject| count(reject.reason))?;
+        let count = |reason| rejects.iter().filter(|r| r.reason == reason).count();
+        let most = rejects.iter().max_by_key(|reject| count(reject.reason))?;
         Some(Finding::MostlyRejected {
             log: log.name.into(),
-            rejected: log.rejects.len(),
+            rejected: rejects.len(),
             seen,
             reason: most.reason,
             count: count(most.reason),
             detail: most.detail.clone(),
         })
     });
-    mostly.collect()
+    many.collect()
 }
 
 /// The finding that objects gather speed: a table only slows them down.

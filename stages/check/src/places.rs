@@ -99,6 +99,7 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
             longer,
             error,
             strikes,
+            by_touch: logs.iter().any(|log| log.seen.is_by_state),
         })
     }));
     findings

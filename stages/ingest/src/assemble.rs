@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use stage::{Entries, ListAnswer, Reader, StageError};
 use values::{Reject, RejectReason, Strike};
 
+use crate::caught::caught;
 use crate::outcome::{LogOutcome, StrikeSummary};
 use crate::settings::Ingest;
 
@@ -13,6 +14,7 @@ use crate::settings::Ingest;
 ///
 /// Of a strike that several logs hold, the one with most frames is kept (logs may be cut differently), then that of the
 /// first log by name; the others are rejected as duplicates. So is one that lies where an earlier one does, frame by frame, under other stamps.
+/// What was braked to its stop as no table brakes the others is rejected as well (`caught`).
 pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
     let (found, mut held): (Vec<_>, Vec<Vec<_>>) = outcomes
         .into_iter()
@@ -106,6 +108,13 @@ pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>,
         }
         first.is_none()
     });
+    let brakings: Vec<_> = places.iter().map(|place| strike(place).braking).collect();
+    let mut caught = caught(&brakings).into_iter();
+    places.retain(|place| {
+        let times = caught.next().flatten();
+        rejects.extend(times.map(|times| stopped(log(place), strike(place), times)));
+        times.is_none()
+    });
     rejects.sort_by(|a, b| {
         (&a.log, a.index, a.reason.name(), &a.detail).cmp(&(
             &b.log,
@@ -115,6 +124,19 @@ pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>,
         ))
     });
     (places, rejects)
+}
+
+/// The rejection of a strike whose object was braked so many times as hard as others.
+fn stopped(log: &LogOutcome<StrikeSummary>, strike: &StrikeSummary, times: f64) -> Reject {
+    Reject {
+        log: log.log.clone(),
+        index: strike.index,
+        t_start: strike.t_start,
+        reason: RejectReason::NoRestAfter,
+        detail: format!(
+            "before its stop the object brakes {times:.1} times as hard as those of the strikes that stop nearest: something stopped it"
+        ),
+    }
 }
 
 /// The strikes of all logs, as [`assemble`](crate::assemble) joins them; a few bytes are held of each.

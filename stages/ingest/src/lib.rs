@@ -12,6 +12,7 @@
 mod arm;
 mod assemble;
 mod bounces;
+mod caught;
 mod counts;
 mod episode;
 mod error;
@@ -39,6 +40,7 @@ mod yaw;
 pub use arm::{Meeting, TouchDelay};
 pub use assemble::{Strikes, assemble};
 pub use bounces::{Bounce, Hit};
+pub use caught::Braking;
 pub use error::IngestError;
 pub use fences::{FoundFence, fences};
 pub use log::ingest_log;

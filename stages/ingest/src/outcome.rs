@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use values::{Reject, Strike};
 
+use crate::caught::Braking;
 use crate::error::IngestError;
 use crate::identity::places_id;
 use crate::seen::Seen;
@@ -123,6 +124,8 @@ pub struct StrikeSummary {
     pub frames: usize,
     /// Hash of its command and its places without their stamps, where no other strike has it by chance.
     pub places: Option<String>,
+    /// How the object was braked to its stop, where it came to one.
+    pub braking: Option<Braking>,
 }
 
 impl From<&Strike> for StrikeSummary {
@@ -133,6 +136,7 @@ impl From<&Strike> for StrikeSummary {
             t_start: strike.t_start,
             frames: strike.track.len(),
             places: places_id(strike),
+            braking: Braking::of(strike),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a lab does wrong on its first day, and what `carom check` says: writes tests/FIRST_DAY.md.
 //!
-//! `first-day --page tests/FIRST_DAY.md [--strikes 60] [--first SEED] [--clean 200]`
+//! `first-day --page tests/FIRST_DAY.md [--strikes 60] [--first SEED] [--clean 200] [--fenced 24]`
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -9,6 +9,7 @@ use carom::Outcome;
 use clap::Parser;
 use rayon::prelude::*;
 use serde_json::Value;
+use tests::fenced;
 use values::Shape;
 
 #[path = "../../../stages/check/tests/support/mistakes.rs"]
@@ -31,6 +32,9 @@ struct Args {
     /// Logs as they should be.
     #[arg(long, default_value_t = 200)]
     clean: usize,
+    /// Rigs with a fence and without.
+    #[arg(long, default_value_t = 24)]
+    fenced: usize,
 }
 
 fn main() -> anyhow::Result<()> {
@@ -106,6 +110,7 @@ fn main() -> anyhow::Result<()> {
     for doubt in &doubted {
         let _ = writeln!(page, "- {doubt}");
     }
+    page += &fenced::page(args.fenced, args.first + 2000)?;
     std::fs::write(&args.page, page)?;
     println!("clean: {} of {} refused", doubted.len(), args.clean);
     Ok(())

@@ -403,6 +403,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             longer,
             error,
             strikes,
+            by_touch,
         } => {
             let object = rig.object.solid.radius().unwrap_or_default() + longer;
             let tip = rig.striker.radius + longer;
@@ -411,15 +412,23 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 .filter(|(_, radius)| *radius > 0.0)
                 .map(|(part, radius)| format!("`[{part}] radius = {radius:.4}`"))
                 .collect();
+            let (by, mend) = match by_touch {
+                true => (
+                    format!("some {:.0} mm", longer.abs() * 1e3),
+                    "measure both, state `[object] radius` and `[striker] radius`, and check again: without a command touches are sought where the stated radii put them, so that they may be twice as far off, or farther".into(),
+                ),
+                false => (
+                    format!("{:.1} mm (± {:.1})", longer.abs() * 1e3, 2.0 * error * 1e3),
+                    format!("measure both, and state {}", either.join(" or ")),
+                ),
+            };
             said(
                 format!(
-                    "by its measured place the tip touches objects {:.1} mm (± {:.1}) {} than both radii allow, over {strikes} strikes of several speeds",
-                    longer.abs() * 1e3,
-                    2.0 * error * 1e3,
+                    "by its measured place the tip touches objects {by} {} than both radii allow, over {strikes} strikes of several speeds",
                     if *longer > 0.0 { "earlier" } else { "later" }
                 ),
                 "the object's size, or the tip's, is not what the rig file states",
-                format!("measure both, and state {}", either.join(" or ")),
+                mend,
             )
         }
         Finding::Reach {

@@ -1,0 +1,151 @@
+//! What something stopped slowly, which shows only beside other strikes.
+//!
+//! A hand that takes a tenth of a second to stop an object leaves the track of a table that brakes harder. So the braking before each stop is
+//! held beside that before the stops which lie nearest, and before all: what a map of the table's friction does it does to neighbours, too.
+
+use serde::{Deserialize, Serialize};
+use values::{Point, Strike};
+
+use crate::robust::median;
+
+/// The last part of a track, with the frames at rest, in s, and the fewest frames of it.
+const LAST: f64 = 0.3;
+const FEWEST: usize = 6;
+/// The moment of the stop is looked for in these steps, up to this long after the last frame, in s.
+const STEP: f64 = 0.004;
+const LATER: f64 = 0.05;
+/// What moves less in it, in m, tells nothing.
+const LEAST: f64 = 0.004;
+/// Of so many strikes that stop nearest, one may have been stopped, too: the second hardest says what the table does there.
+const NEAREST: usize = 8;
+/// What brakes so many times as hard as that, and by so many standard errors harder, was not braked by the table alone.
+const HARDER: f64 = 1.4;
+const ERRORS: f64 = 4.0;
+
+/// How an object was braked to its stop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Braking {
+    /// Where it stopped, in m.
+    stop: Point,
+    /// In m/s².
+    by: f64,
+    /// Its standard error.
+    error: f64,
+}
+
+impl Braking {
+    /// Of a strike that came to rest: the even braking whose way to the stop its last frames follow best.
+    pub(crate) fn of(strike: &Strike) -> Option<Self> {
+        let track = &strike.track;
+        let end = *track.t.last().filter(|_| strike.has_stop())?;
+        let from = track.t.partition_point(|t| *t < end - LAST);
+        if track.len() - from < FEWEST {
+            return None;
+        }
+        let before = |frame: usize| strike.stop - track.point(frame);
+        let far = before(from).norm();
+        if far < LEAST {
+            return None;
+        }
+        let ahead = before(from) * (1.0 / far);
+        let frames: Vec<(f64, f64)> = (from..track.len())
+            .map(|frame| (track.t[frame], before(frame).dot(ahead)))
+            .collect();
+        let steps = ((end + LATER - track.t[from]) / STEP) as u32;
+        let fits = (1..steps).filter_map(|step| {
+            let way = |t: f64| {
+                0.5 * (track.t[from] + STEP * f64::from(step) - t)
+                    .max(0.0)
+                    .powi(2)
+            };
+            let squares: f64 = frames.iter().map(|(t, _)| way(*t).powi(2)).sum();
+            let by = frames.iter().map(|(t, d)| way(*t) * d).sum::<f64>() / squares;
+            let left = |(t, d): &(f64, f64)| (d - by * way(*t)).powi(2);
+            let left: f64 = frames.iter().map(left).sum();
+            by.is_finite().then_some((left, by, squares))
+        });
+        let (left, by, squares) = fits.min_by(|one, other| one.0.total_cmp(&other.0))?;
+        let square = left / (frames.len() - 2) as f64;
+        Some(Self {
+            stop: strike.stop,
+            by,
+            error: (square / squares).sqrt(),
+        })
+    }
+}
+
+/// Of each strike how many times as hard it was braked as the others are, where no table does that.
+pub(crate) fn caught(brakings: &[Option<Braking>]) -> Vec<Option<f64>> {
+    let all: Vec<&Braking> = brakings.iter().flatten().collect();
+    let usual = median(all.iter().map(|braking| braking.by));
+    let is_harder = |braking: &Braking, than: f64| {
+        braking.by > HARDER * than && braking.by - than > ERRORS * braking.error
+    };
+    let of = |braking: &Braking| {
+        if all.len() <= NEAREST || !is_harder(braking, usual) {
+            return None;
+        }
+        let others = all.iter().filter(|other| !std::ptr::eq(**other, braking));
+        let mut others: Vec<(f64, f64)> = others
+            .map(|other| (other.stop.distance(braking.stop), other.by))
+            .collect();
+        others.select_nth_unstable_by(NEAREST - 1, |one, other| one.0.total_cmp(&other.0));
+        let mut near: Vec<f64> = others[..NEAREST].iter().map(|other| other.1).collect();
+        near.sort_by(f64::total_cmp);
+        let than = near[NEAREST - 2].max(usual);
+        is_harder(braking, than).then_some(braking.by / than)
+    };
+    brakings
+        .iter()
+        .map(|braking| braking.as_ref().and_then(of))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use values::{Command, Track};
+
+    use super::*;
+
+    /// A strike that is braked by so much, in m/s², and so much in its last 0.12 s.
+    fn braked(by: f64, at_last: f64, number: u32) -> Option<Braking> {
+        let wobble = |i: u32, k: f64| 0.0006 * 1.4 * (f64::from(i * i + number) * k).sin();
+        let number = f64::from(number);
+        let stop = Point::new(0.5 + 0.02 * number, 0.1 * (number % 3.0));
+        let mut strike = Strike::bare(Command::new(1.0, 0.0), Point::default(), stop);
+        let left = |t: f64| (0.5 - t).max(0.0);
+        let way = |t: f64| {
+            let (late, early) = (left(t).min(0.12), (left(t) - 0.12).max(0.0));
+            0.5 * at_last * late * late + at_last * 0.12 * early + 0.5 * by * early * early
+        };
+        let frames = 0..35;
+        let t: Vec<f64> = frames.clone().map(|i| f64::from(i) / 60.0).collect();
+        strike.track = Track {
+            x: frames
+                .clone()
+                .map(|i| stop.x - way(t[i as usize]) + wobble(i, 1.1))
+                .collect(),
+            y: frames.map(|i| stop.y + wobble(i, 2.3)).collect(),
+            t,
+            ..Track::default()
+        };
+        Braking::of(&strike)
+    }
+
+    #[test]
+    fn what_brakes_as_no_neighbour_does_was_stopped_and_a_patch_of_the_table_stops_all() {
+        let mut strikes: Vec<_> = (0..30).map(|i| braked(2.0, 2.0, i)).collect();
+        assert_eq!(caught(&strikes), vec![None; 30]);
+        strikes[17] = braked(2.0, 6.0, 17);
+        let found = caught(&strikes);
+        assert!(found[17].is_some_and(|times| (1.5..3.0).contains(&times)));
+        assert_eq!(found.iter().flatten().count(), 1);
+        // Where the last ones stop, the table brakes three times as hard.
+        let patch: Vec<_> = (0..30)
+            .map(|i| braked(2.0, if i < 24 { 2.0 } else { 6.0 }, i))
+            .collect();
+        assert_eq!(caught(&patch), vec![None; 30]);
+        // So few tell nothing.
+        assert_eq!(caught(&strikes[14..22]), vec![None; 8]);
+    }
+}
