@@ -487,17 +487,22 @@ fn held(
     }
     loop {
         let estimated = mixed::estimate(products, &prior, components)?;
-        let mut is_new = false;
-        for (i, free) in model.free.iter().enumerate() {
-            let (value, by) = (model.values[i], estimated.beta[i]);
-            let is_beyond = (value <= free.low && by < 0.0) || (value >= free.high && by > 0.0);
-            if is_beyond && prior.precision[i] < HELD {
-                (prior.precision[i], prior.away[i]) = (HELD, 0.0);
-                is_new = true;
-            }
-        }
-        if !is_new {
+        if !hold_at_bounds(model, &estimated, &mut prior) {
             return Some(estimated);
         }
     }
+}
+
+/// Holds each value of a model that stands at a bound and that a step would take beyond it; whether there is one that was not held.
+pub(crate) fn hold_at_bounds(model: &Model, stepped: &Estimated, prior: &mut Prior) -> bool {
+    let mut is_new = false;
+    for (i, free) in model.free.iter().enumerate() {
+        let (value, by) = (model.values[i], stepped.beta[i]);
+        let is_beyond = (value <= free.low && by < 0.0) || (value >= free.high && by > 0.0);
+        if is_beyond && prior.precision[i] < HELD {
+            (prior.precision[i], prior.away[i]) = (HELD, 0.0);
+            is_new = true;
+        }
+    }
+    is_new
 }

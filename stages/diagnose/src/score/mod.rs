@@ -25,7 +25,7 @@ use self::{
     strike::StrikeAtFit,
 };
 use crate::{
-    fit::{Fitted, HELD, prior},
+    fit::{Fitted, HELD, hold_at_bounds, prior},
     mixed::{self, Estimated, Prior},
     model::CLOCK,
     strikes::PreparedStrikes,
@@ -241,7 +241,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             (own.precision[i], own.away[i]) = (HELD, 0.0);
         }
         let more = free.iter().map(|k| precision[*k]);
-        let prior = Prior {
+        let mut prior = Prior {
             precision: own
                 .precision
                 .iter()
@@ -251,12 +251,13 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
                 .into(),
             away: own.away.resize_vertically(p + free.len(), 0.0),
         };
-        mixed::estimate_within(
-            &products,
-            &prior,
-            &self.fitted.estimated.components,
-            EM_STEPS,
-        )
+        let components = &self.fitted.estimated.components;
+        loop {
+            let stepped = mixed::estimate_within(&products, &prior, components, EM_STEPS)?;
+            if !hold_at_bounds(&self.fitted.model, &stepped, &mut prior) {
+                return Some(stepped);
+            }
+        }
     }
 
     /// Columns as multiples of a strike's nuisances: `factors(strike)` has a row for each nuisance, a column for each column.

@@ -1,5 +1,7 @@
 //! Adds effects one by one; when none is left to add, replaces those for which another is better.
 
+use std::collections::BTreeSet;
+
 use world::{
     WorldError,
     effects::{Family, effect},
@@ -7,7 +9,7 @@ use world::{
 
 use super::{
     CandidateFit, Selection,
-    fits::{FitCriteria, fit_best},
+    fits::{FitCriteria, fit_possible},
     penalty::alike,
     refine::{refine, standing, with_rivals},
 };
@@ -152,6 +154,7 @@ fn next_effect(
     };
     let mut significant: Option<Alarm> = None;
     let mut said = 0.0f64;
+    let mut impossible = BTreeSet::new();
     while !open.is_empty() {
         let best = open
             .iter()
@@ -163,9 +166,9 @@ fn next_effect(
             ..FitCriteria::default()
         };
         let names: Vec<&str> = best.iter().map(|best| best.name).collect();
-        let fits = fit_best(prepared, fitted, &open, chance, criteria)?;
-        let impossible = best.filter(|best| fits.iter().all(|fit| fit.name != best.name));
-        said = impossible.map_or(said, |best| said.max(best.gain() - chance[best.name]));
+        let fits = fit_possible(prepared, fitted, &open, chance, criteria, &mut impossible)?;
+        let unfitted = best.filter(|best| fits.iter().all(|fit| fit.name != best.name));
+        said = unfitted.map_or(said, |best| said.max(best.gain() - chance[best.name]));
         let is_fitted = |name: &str| names.contains(&name) || fits.iter().any(|f| f.name == name);
         open.retain(|s| !is_fitted(s.name));
         let is_cause = |fit: &CandidateFit| is_enough(fit) && fit.evidence > SAYS * said;
