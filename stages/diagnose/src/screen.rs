@@ -311,7 +311,7 @@ impl<'b> ScoredStart<'b> {
             })
             .collect();
         match test.step(&self.moved, &is_kept, &precision) {
-            Some(stepped) => self.stepped(&stepped, &is_kept),
+            Some(stepped) => self.stepped(&stepped, &is_kept, test.promised_alone()),
             None => Start {
                 model: self.model(&self.score.coefficients),
                 components: self.fitted.estimated.components,
@@ -326,7 +326,7 @@ impl<'b> ScoredStart<'b> {
         self.fitted.model.with(part)
     }
 
-    fn stepped(&self, stepped: &Estimated, is_kept: &[bool]) -> Start {
+    fn stepped(&self, stepped: &Estimated, is_kept: &[bool], alone: f64) -> Start {
         let own = self.fitted.model.free.len();
         let mut found = stepped.beta.iter().skip(own);
         let coefficients: Vec<f64> = is_kept
@@ -341,7 +341,7 @@ impl<'b> ScoredStart<'b> {
             let moved = model.values[place] + stepped.beta[place];
             model.values[place] = moved.clamp(free.low, free.high);
         }
-        let gain = stepped.likelihood_there - self.fitted.estimated.likelihood_there;
+        let gain = stepped.likelihood_there - alone;
         Start {
             gain: gain + model.log_prior() - self.fitted.model.log_prior(),
             model,

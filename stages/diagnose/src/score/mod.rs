@@ -26,7 +26,7 @@ use self::{
 };
 use crate::{
     fit::{Fitted, HELD, hold_at_bounds, prior},
-    mixed::{self, Estimated, Prior},
+    mixed::{self, Estimated, Prior, Products},
     model::CLOCK,
     strikes::PreparedStrikes,
 };
@@ -74,6 +74,7 @@ pub(crate) struct ScoreTest<'f, 'a> {
     fitted: &'f Fitted,
     strikes: Vec<StrikeAtFit<'f>>,
     responses: OnceLock<Option<Vec<Response<'a>>>>,
+    promised: OnceLock<f64>,
     /// XᵀΣ⁻¹·(r − X·β), a column for each strike.
     own_left: DMatrix<f64>,
     /// (XᵀΣ⁻¹X + prior precision)⁻¹.
@@ -150,6 +151,7 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
             fitted,
             strikes,
             responses: OnceLock::new(),
+            promised: OnceLock::new(),
             own_left,
             inverse,
             scores,
@@ -211,7 +213,6 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
         is_kept: &[bool],
         precision: &[f64],
     ) -> Option<Estimated> {
-        let p = self.fitted.model.free.len();
         let free: Vec<usize> = (0..is_kept.len()).filter(|k| !is_kept[*k]).collect();
         let products: Vec<_> = self
             .strikes
@@ -236,24 +237,37 @@ impl<'f, 'a> ScoreTest<'f, 'a> {
                 )
             })
             .collect();
+        let more: Vec<f64> = free.iter().map(|k| precision[*k]).collect();
+        self.stepped(&products, &more)
+    }
+
+    /// Log-likelihood that a step of the model's own values promises: where a fit ended for steps led astray, that is more than it has, and no
+    /// candidate's gain.
+    pub(crate) fn promised_alone(&self) -> f64 {
+        let promised = || {
+            let fitted = &self.fitted.estimated;
+            let stepped = self.stepped(&self.fitted.linearisation.products, &[]);
+            stepped.map_or(fitted.likelihood_there, |stepped| {
+                stepped.likelihood_there.max(fitted.likelihood_there)
+            })
+        };
+        *self.promised.get_or_init(promised)
+    }
+
+    /// A step by these products of the model's own columns and of as many more, which have priors of this precision.
+    fn stepped(&self, products: &[Products], more: &[f64]) -> Option<Estimated> {
         let mut own = prior(&self.fitted.model);
         if let Some(i) = held_at_end(self.fitted) {
             (own.precision[i], own.away[i]) = (HELD, 0.0);
         }
-        let more = free.iter().map(|k| precision[*k]);
+        let count = own.precision.len() + more.len();
         let mut prior = Prior {
-            precision: own
-                .precision
-                .iter()
-                .copied()
-                .chain(more)
-                .collect::<Vec<_>>()
-                .into(),
-            away: own.away.resize_vertically(p + free.len(), 0.0),
+            precision: DVector::from_iterator(count, own.precision.iter().chain(more).copied()),
+            away: own.away.resize_vertically(count, 0.0),
         };
         let components = &self.fitted.estimated.components;
         loop {
-            let stepped = mixed::estimate_within(&products, &prior, components, EM_STEPS)?;
+            let stepped = mixed::estimate_within(products, &prior, components, EM_STEPS)?;
             if !hold_at_bounds(&self.fitted.model, &stepped, &mut prior) {
                 return Some(stepped);
             }
