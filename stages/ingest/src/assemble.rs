@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use stage::{Entries, ListAnswer, Reader, StageError};
 use values::{Reject, RejectReason, Strike};
 
-use crate::caught::caught;
+use crate::caught::{Braking, caught};
 use crate::outcome::{LogOutcome, StrikeSummary};
 use crate::settings::Ingest;
 
@@ -14,7 +14,7 @@ use crate::settings::Ingest;
 ///
 /// Of a strike that several logs hold, the one with most frames is kept (logs may be cut differently), then that of the
 /// first log by name; the others are rejected as duplicates. So is one that lies where an earlier one does, frame by frame, under other stamps.
-/// What was braked to its stop as no table brakes the others is rejected as well (`caught`).
+/// What was braked to its stop as no table brakes the others of its log is rejected as well (`caught`).
 pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
     let (found, mut held): (Vec<_>, Vec<Vec<_>>) = outcomes
         .into_iter()
@@ -108,10 +108,18 @@ pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>,
         }
         first.is_none()
     });
-    let brakings: Vec<_> = places.iter().map(|place| strike(place).braking).collect();
-    let mut caught = caught(&brakings).into_iter();
+    let mut of_logs: HashMap<usize, Vec<Option<Braking>>> = HashMap::new();
+    for place in &places {
+        let of_log = of_logs.entry(place.log).or_default();
+        of_log.push(strike(place).braking);
+    }
+    let mut of_logs: HashMap<usize, _> = of_logs
+        .into_iter()
+        .map(|(log, brakings)| (log, caught(&brakings).into_iter()))
+        .collect();
     places.retain(|place| {
-        let times = caught.next().flatten();
+        let caught = of_logs.get_mut(&place.log).and_then(Iterator::next);
+        let times = caught.flatten();
         rejects.extend(times.map(|times| stopped(log(place), strike(place), times)));
         times.is_none()
     });
@@ -134,7 +142,7 @@ fn stopped(log: &LogOutcome<StrikeSummary>, strike: &StrikeSummary, times: f64) 
         t_start: strike.t_start,
         reason: RejectReason::NoRestAfter,
         detail: format!(
-            "before its stop the object brakes {times:.1} times as hard as those of the strikes that stop nearest: something stopped it"
+            "before its stop the object brakes {times:.1} times as hard as those that stop nearest and those struck before and after it: something stopped it"
         ),
     }
 }

@@ -1,7 +1,7 @@
 //! What something stopped slowly, which shows only beside other strikes.
 //!
 //! A hand that takes a tenth of a second to stop an object leaves the track of a table that brakes harder. So the braking before each stop is
-//! held beside that before the stops which lie nearest, and before all: what a map of the table's friction does it does to neighbours, too.
+//! held beside that before the stops of the same log which lie nearest, and before all: what a map of the table's friction does it does to neighbours, too.
 
 use serde::{Deserialize, Serialize};
 use values::{Point, Strike};
@@ -74,30 +74,38 @@ impl Braking {
     }
 }
 
-/// Of each strike how many times as hard it was braked as the others are, where no table does that.
+/// Of each of a log's strikes, in order of time, how many times as hard it was braked as the others are, where no table does that: harder than
+/// those that stop near it, than all in the middle, and than the strikes before and after it. A table that is sanded brakes these, too.
 pub(crate) fn caught(brakings: &[Option<Braking>]) -> Vec<Option<f64>> {
     let all: Vec<&Braking> = brakings.iter().flatten().collect();
     let usual = median(all.iter().map(|braking| braking.by));
     let is_harder = |braking: &Braking, than: f64| {
         braking.by > HARDER * than && braking.by - than > ERRORS * braking.error
     };
-    let of = |braking: &Braking| {
+    let of = |(at, braking): (usize, &&Braking)| {
         if all.len() <= NEAREST || !is_harder(braking, usual) {
             return None;
         }
-        let others = all.iter().filter(|other| !std::ptr::eq(**other, braking));
+        let others = (0..all.len()).filter(|other| *other != at);
         let mut others: Vec<(f64, f64)> = others
-            .map(|other| (other.stop.distance(braking.stop), other.by))
+            .map(|other| (all[other].stop.distance(braking.stop), all[other].by))
             .collect();
         others.select_nth_unstable_by(NEAREST - 1, |one, other| one.0.total_cmp(&other.0));
         let mut near: Vec<f64> = others[..NEAREST].iter().map(|other| other.1).collect();
         near.sort_by(f64::total_cmp);
-        let than = near[NEAREST - 2].max(usual);
+        let beside = [at.checked_sub(1), Some(at + 1)];
+        let beside = beside
+            .into_iter()
+            .flatten()
+            .filter_map(|other| all.get(other));
+        let than = beside.fold(near[NEAREST - 2].max(usual), |most, other| {
+            most.max(other.by)
+        });
         is_harder(braking, than).then_some(braking.by / than)
     };
-    brakings
-        .iter()
-        .map(|braking| braking.as_ref().and_then(of))
+    let mut found = all.iter().enumerate().map(of);
+    let each = brakings.iter();
+    each.map(|braking| braking.as_ref().and_then(|_| found.next().flatten()))
         .collect()
 }
 
@@ -145,6 +153,11 @@ mod tests {
             .map(|i| braked(2.0, if i < 24 { 2.0 } else { 6.0 }, i))
             .collect();
         assert_eq!(caught(&patch), vec![None; 30]);
+        // So does a table that is sanded before the last strikes.
+        let sanded: Vec<_> = (0..30)
+            .map(|i| braked(2.0, if i < 26 { 2.0 } else { 6.0 }, (7 * i) % 30))
+            .collect();
+        assert_eq!(caught(&sanded), vec![None; 30]);
         // So few tell nothing.
         assert_eq!(caught(&strikes[14..22]), vec![None; 8]);
     }
