@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use stage::Run;
 use sysid::Fit;
 use values::{Point, Split, StopErrors, Strike};
-use world::World;
+use world::{Estimate, ParameterSpec, World};
 
 use crate::Error;
 use crate::growth::latest;
@@ -24,6 +24,9 @@ const NEAR_PLAIN: f64 = 1.25;
 /// A model that misses by more than this part of how far objects slide, and by more than so many times what repeats scatter by, lacks what decides.
 const OF_SLIDE: f64 = 0.1;
 const FLOORS: f64 = 3.0;
+
+/// Part of a parameter's range within which a value is as good as the greatest.
+const AT_END: f64 = 0.01;
 
 /// What the gate found. Stop errors are means in m over the strikes that every model predicts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +49,9 @@ pub struct FirstVersion {
     pub slide: Option<f64>,
     /// Parameters of the world without a finite interval.
     pub unbounded: Vec<String>,
+    /// Friction or restitution, where it is the greatest that is believed of anything.
+    #[serde(default)]
+    pub greatest: Vec<String>,
 }
 
 /// Judges the model that a version would be used with, by the latest strikes that are held out.
@@ -84,6 +90,15 @@ pub fn judge(
         let ends = estimate.and_then(|estimate| estimate.low.zip(estimate.high));
         !ends.is_some_and(|(low, high)| low.is_finite() && high.is_finite())
     };
+    let is_greatest = |name: &&String| {
+        let decides = ["friction", "restitution"].contains(&name.as_str());
+        let estimate = fit.world.parameters.get(*name);
+        let of = estimate.zip(world::parameter(name).ok());
+        let is_near = |(estimate, of): (&Estimate, &ParameterSpec)| {
+            of.high - estimate.value < AT_END * (of.high - of.low)
+        };
+        decides && of.is_some_and(is_near)
+    };
     Ok(FirstVersion {
         passed: false,
         strikes: strikes.len(),
@@ -95,6 +110,7 @@ pub fn judge(
         floor: floor.map(|floor| floor.mean),
         slide,
         unbounded: fit.freed.iter().filter(is_unbounded).cloned().collect(),
+        greatest: fit.freed.iter().filter(is_greatest).cloned().collect(),
     }
     .decided())
 }
@@ -158,6 +174,13 @@ impl FirstVersion {
             doubts.push(format!(
                 "these strikes do not bound {}: record more, at other speeds and angles",
                 self.unbounded.join(", ")
+            ));
+        }
+        if !self.greatest.is_empty() {
+            doubts.push(format!(
+                "these logs ask for the greatest {} that is believed of anything: compare the object's shape and sizes in the rig file with the real \
+                 one, and the units of commands and places",
+                self.greatest.join(" and the greatest ")
             ));
         }
         doubts
@@ -256,6 +279,7 @@ mod tests {
             floor: Some(0.005),
             slide: Some(0.4),
             unbounded: Vec::new(),
+            greatest: Vec::new(),
         }
         .decided()
     }
@@ -296,6 +320,11 @@ mod tests {
             ..gate(20, 0.01, 0.03, 0.1)
         };
         assert!(unbounded.doubts()[0].contains("friction"));
+        let greatest = FirstVersion {
+            greatest: vec!["restitution".into()],
+            ..gate(20, 0.01, 0.03, 0.1)
+        };
+        assert!(greatest.doubts()[0].contains("the greatest restitution"));
     }
 
     #[test]
