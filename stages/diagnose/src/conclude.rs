@@ -315,33 +315,28 @@ impl Case<'_, '_> {
             );
             return Ok(unnamed(Verdict::Unexplained, None, Some(note)));
         }
-        // A box may tip and turn in its own way, but not by where it is.
-        let pushed = self.asked.push_by_place(GREAT * floor.at_most());
-        if let Some(finding) = pushed.filter(|_| self.is_astray) {
-            let note = notes::not_named(
-                &self.names(),
-                "objects are pushed by where they are, which none of it does",
-            );
-            return Ok(unnamed(
-                Verdict::Unexplained,
-                Some(words::finding(finding)),
-                Some(note),
-            ));
-        }
+        // A box may tip and turn in its own way, but not by where it is; and no launch pushes on the way.
+        let by_place = self.asked.push_by_place(GREAT * floor.at_most());
         let is_of_launch = |name: &&str| {
             effect(name).is_ok_and(|spec| matches!(spec.origin, Origin::Arm | Origin::Contact))
         };
-        let pushed = self.asked.push_above_all();
-        if let Some(finding) = pushed.filter(|_| self.names().iter().all(is_of_launch)) {
-            let note = notes::not_named(
-                &self.names(),
+        let on_the_way = self.asked.push_above_all();
+        let pushed = [
+            (
+                by_place.filter(|_| self.is_astray),
+                "objects are pushed by where they are, which none of it does",
+            ),
+            (
+                on_the_way.filter(|_| self.names().iter().all(is_of_launch)),
                 "objects are pushed on their way, which no launch does",
-            );
-            return Ok(unnamed(
-                Verdict::Unexplained,
-                Some(words::finding(finding)),
-                Some(note),
-            ));
+            ),
+        ];
+        for (finding, why) in pushed {
+            if let Some(finding) = finding {
+                let cause = Some(words::finding(finding));
+                let note = notes::not_named(&self.names(), why);
+                return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
+            }
         }
         let world = fitted_world()?;
         let after = gap::stop_residuals(rig, &world, strikes)?;

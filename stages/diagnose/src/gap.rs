@@ -44,6 +44,12 @@ pub(crate) fn rms(residuals: impl Iterator<Item = Point>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
+/// Root mean square distance between two models' ends of the same strikes, in m, over those of which both have one.
+pub(crate) fn rms_between(ends: &[Option<Point>], others: &[Option<Point>]) -> f64 {
+    let apart = ends.iter().zip(others).map(|(a, b)| Some((*a)? - (*b)?));
+    rms(apart.flatten())
+}
+
 /// Root mean square, in m, with each error shortened to `longest` (m), so that a few strikes that went astray hardly move it.
 pub(crate) fn clipped_rms(residuals: impl Iterator<Item = Point>, longest: f64) -> f64 {
     rms(residuals.map(|r| r * (longest / r.norm().max(longest))))

@@ -372,8 +372,7 @@ fn moved_by_all(selection: &Selection<'_>) -> Result<f64, DiagnoseError> {
         ..
     } = selection;
     let (with, without) = (prepared.ends(&fitted.model)?, prepared.ends(&null.model)?);
-    let moved = with.into_iter().zip(without).map(|(a, b)| Some(a? - b?));
-    Ok(gap::rms(moved.flatten()))
+    Ok(gap::rms_between(&with, &without))
 }
 
 /// The effects that pay on strikes left out of their fit.

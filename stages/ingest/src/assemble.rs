@@ -142,7 +142,7 @@ fn stopped(log: &LogOutcome<StrikeSummary>, strike: &StrikeSummary, times: f64) 
         t_start: strike.t_start,
         reason: RejectReason::NoRestAfter,
         detail: format!(
-            "before its stop the object brakes {times:.1} times as hard as those that stop nearest and those struck before and after it: something stopped it"
+            "before its stop the object brakes {times:.1} times as hard as those that stop nearest and those struck before and after it: something stopped it; let objects come to rest by themselves"
         ),
     }
 }

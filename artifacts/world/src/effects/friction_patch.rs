@@ -8,12 +8,8 @@ use values::Point;
 
 use super::{
     Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, footprint, friction_step::SMALL, wording,
+    Origin, Parameters, Slide, footprint, friction_step::SMALL, parameters::middle, wording,
 };
-
-const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
-    EffectParameter::new(name, "m", [-5.0, 5.0], 0.1).neutral_at(neutral)
-}
 
 /// Width in m of the cells on which patches are tried, and their radii.
 const CELL: f64 = 0.05;
@@ -28,8 +24,8 @@ const LARGE_RADII: [f64; 2] = [0.25, 0.45];
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_patch",
     parameters: Parameters::Listed(&[
-        centre("center_x", 0.5),
-        centre("center_y", 0.0),
+        middle("center_x", 0.5),
+        middle("center_y", 0.0),
         EffectParameter::new("radius", "m", [0.01, 0.5], 0.05).neutral_at(0.1),
         EffectParameter {
             name: "change",

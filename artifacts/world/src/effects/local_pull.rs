@@ -3,27 +3,21 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide,
+    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
+    parameters::middle,
 };
-
-const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
-    EffectParameter::new(name, "m", [-5.0, 5.0], 0.1).neutral_at(neutral)
-}
 
 /// Width in m of the cells on which pulls are tried, and how far they reach.
 const CELL: f64 = 0.08;
 const REACHES: [f64; 2] = [0.06, 0.15];
-/// Frames that a cell must hold to be tried.
-const FRAMES: usize = 12;
 
 /// Local pull; parameters `center_x`, `center_y`; `reach`: at half of it the pull is greatest, nearly; `pull`: of the acceleration near the
 /// centre over the distance from there.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "local_pull",
     parameters: Parameters::Listed(&[
-        centre("center_x", 0.5),
-        centre("center_y", 0.0),
+        middle("center_x", 0.5),
+        middle("center_y", 0.0),
         EffectParameter::new("reach", "m", [0.02, 0.4], 0.05).neutral_at(0.1),
         EffectParameter::new("pull", "1/s²", [-200.0, 200.0], 3.0),
     ]),
@@ -34,7 +28,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     // It belongs to no table: a table of any shape that does no more is not named either.
     naming: Naming::Never,
     source: "force on a small magnetic body beside a dipole at some depth, between that on soft iron and that on a magnet",
-    starts: pulls,
+    starts: |experiment| FitStart::at_places(experiment, CELL, &REACHES, &[("pull", 0.5)]),
     build: |values, _| {
         Box::new(LocalPull {
             centre: Point::new(values.get("center_x"), values.get("center_y")),
@@ -67,26 +61,6 @@ const STEEPEST: f64 = 0.447_213_595_499_957_9;
 /// Factor on the pull at a squared distance, in squared reaches.
 fn falls(square: f64) -> f64 {
     (1.0 + square).powi(-3)
-}
-
-fn pulls(experiment: &Experiment<'_>) -> Vec<FitStart> {
-    let about =
-        FitStart::new(Vec::new(), &["center_x", "center_y", "reach", "pull"]).about(experiment);
-    let start = |centre: Point, reach: f64| {
-        let form = [
-            ("center_x", centre.x),
-            ("center_y", centre.y),
-            ("reach", reach),
-        ];
-        FitStart {
-            columns: vec![Column::new(&form, ("pull", 0.5))],
-            ..about.clone()
-        }
-    };
-    let cells = experiment.cells(CELL, FRAMES).into_iter();
-    cells
-        .flat_map(|centre| REACHES.map(|reach| start(centre, reach)))
-        .collect()
 }
 
 struct LocalPull {

@@ -3,13 +3,9 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, wording,
+    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
+    parameters::middle, wording,
 };
-
-const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
-    EffectParameter::new(name, "m", [-5.0, 5.0], 0.1).neutral_at(neutral)
-}
 
 const fn push(name: &'static str) -> EffectParameter {
     EffectParameter::new(name, "m/s²", [-5.0, 5.0], 0.05)
@@ -18,15 +14,13 @@ const fn push(name: &'static str) -> EffectParameter {
 /// Width in m of the cells on which pushes are tried, and how far they reach.
 const CELL: f64 = 0.1;
 const REACHES: [f64; 2] = [0.08, 0.2];
-/// Frames that a cell must hold to be tried.
-const FRAMES: usize = 12;
 
 /// Local push; parameters `center_x`, `center_y`; `reach`: the distance at which 0.61 of it is left; `push_x`, `push_y`: acceleration at the centre.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "local_push",
     parameters: Parameters::Listed(&[
-        centre("center_x", 0.5),
-        centre("center_y", 0.0),
+        middle("center_x", 0.5),
+        middle("center_y", 0.0),
         EffectParameter::new("reach", "m", [0.03, 0.3], 0.05).neutral_at(0.1),
         push("push_x"),
         push("push_y"),
@@ -38,7 +32,14 @@ pub const SPEC: EffectSpec = EffectSpec {
     // No height of a table pushes one way and not back: a table of any shape that does no more is not named either.
     naming: Naming::Never,
     source: "momentum of a jet of air on an object within its width",
-    starts: pushes,
+    starts: |experiment| {
+        FitStart::at_places(
+            experiment,
+            CELL,
+            &REACHES,
+            &[("push_x", 0.02), ("push_y", 0.02)],
+        )
+    },
     build: |values, _| {
         Box::new(LocalPush {
             centre: Point::new(values.get("center_x"), values.get("center_y")),
@@ -59,28 +60,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-fn pushes(experiment: &Experiment<'_>) -> Vec<FitStart> {
-    let free = ["center_x", "center_y", "reach", "push_x", "push_y"];
-    let about = FitStart::new(Vec::new(), &free).about(experiment);
-    let start = |centre: Point, reach: f64| {
-        let form = [
-            ("center_x", centre.x),
-            ("center_y", centre.y),
-            ("reach", reach),
-        ];
-        FitStart {
-            columns: ["push_x", "push_y"]
-                .map(|name| Column::new(&form, (name, 0.02)))
-                .into(),
-            ..about.clone()
-        }
-    };
-    let cells = experiment.cells(CELL, FRAMES).into_iter();
-    cells
-        .flat_map(|centre| REACHES.map(|reach| start(centre, reach)))
-        .collect()
-}
 
 struct LocalPush {
     centre: Point,

@@ -77,6 +77,11 @@ pub(super) const fn direction() -> EffectParameter {
     EffectParameter::new("direction", "rad", [-PI, PI], 0.3)
 }
 
+/// A coordinate of the middle of something on the table.
+pub(super) const fn middle(name: &'static str, neutral: f64) -> EffectParameter {
+    EffectParameter::new(name, "m", [-5.0, 5.0], 0.1).neutral_at(neutral)
+}
+
 /// A coordinate of a point that is given and not fitted: where a camera looks down, or from where a line is measured.
 pub(super) const fn centre(name: &'static str, neutral: f64) -> EffectParameter {
     EffectParameter::new(name, "m", [-5.0, 5.0], 0.2).neutral_at(neutral)

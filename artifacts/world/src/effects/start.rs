@@ -13,6 +13,9 @@ use super::parameters::Parameters;
 /// Distance that a place may lie beyond the strikes, as a share of their extent: one far away is a slope by another name.
 const BEYOND: f64 = 0.25;
 
+/// Frames that a cell must hold for an effect to be tried there ([`FitStart::at_places`]).
+const FRAMES: usize = 12;
+
 /// The strikes that an effect is looked for in.
 #[derive(Clone, Copy)]
 pub struct Experiment<'a> {
@@ -105,6 +108,37 @@ impl FitStart {
     pub fn combined_by(mut self, combine: Combine) -> Self {
         self.combine = Some(combine);
         self
+    }
+
+    /// Starts about the places that strikes went over, `cell` (m) apart, of each of these reaches (m): an effect that `center_x`, `center_y` and
+    /// `reach` place, a column for each of its strengths.
+    pub fn at_places(
+        experiment: &Experiment<'_>,
+        cell: f64,
+        reaches: &[f64],
+        strengths: &[(&str, f64)],
+    ) -> Vec<Self> {
+        let strong = strengths.iter().map(|(name, _)| *name);
+        let free: Vec<&str> = ["center_x", "center_y", "reach"]
+            .into_iter()
+            .chain(strong)
+            .collect();
+        let start = |centre: Point, reach: f64| {
+            let form = [
+                ("center_x", centre.x),
+                ("center_y", centre.y),
+                ("reach", reach),
+            ];
+            let columns = strengths
+                .iter()
+                .map(|strength| Column::new(&form, *strength));
+            Self::new(columns.collect(), &free).about(experiment)
+        };
+        let cells = experiment.cells(cell, FRAMES).into_iter();
+        cells
+            .flat_map(|centre| reaches.iter().map(move |reach| (centre, *reach)))
+            .map(|(centre, reach)| start(centre, reach))
+            .collect()
     }
 
     /// This start, its parameters `center_x` and `center_y` kept about where strikes went.

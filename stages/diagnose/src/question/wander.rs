@@ -266,7 +266,7 @@ mod tests {
             let drawn = wander.drawn(30.0, &own);
             assert!((wander.whitened(30.0, &drawn) - own).amax() < 1e-9);
             let all = DMatrix::identity(n, n) + covariance(&wander, n, 30.0) * 30.0;
-            let determinant = 2.0 * all.cholesky().expect("positive").ln_determinant() / 2.0;
+            let determinant = all.cholesky().expect("positive").ln_determinant();
             let beside = wander.beside(&[]);
             let at = beside.each.iter().find(|at| at.ratio == 30.0);
             assert!((at.expect("a ratio").determinant - determinant).abs() < 1e-6);

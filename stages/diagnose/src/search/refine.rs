@@ -100,9 +100,7 @@ pub(crate) fn least_that_moves_little(
         let Some(without) = reduced(selection, place)? else {
             continue;
         };
-        let ends = prepared.ends(&without.model)?;
-        let moved = with.iter().zip(ends).map(|(a, b)| Some((*a)? - b?));
-        let moved = gap::rms(moved.flatten());
+        let moved = gap::rms_between(&with, &prepared.ends(&without.model)?);
         if moved < least.map_or(question::LITTLE * floor, |(_, least)| least) {
             least = Some((place, moved));
         }
