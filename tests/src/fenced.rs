@@ -9,7 +9,7 @@ use std::path::Path;
 use nalgebra::{Matrix4, Matrix5, RowVector4, RowVector5, SMatrix};
 use rayon::prelude::*;
 use rig::{FenceTruth, Hidden, PlannedStrike, Truth, demo};
-use values::{Point, Shape};
+use values::{Point, Shape, median};
 use world::World;
 
 /// What is estimated.
@@ -45,7 +45,9 @@ pub fn page(rigs: usize, first: u64) -> anyhow::Result<String> {
         .collect::<anyhow::Result<_>>()?;
     let of = rigs.len();
     let count = |is_so: &dyn Fn(&Compared) -> bool| rigs.iter().filter(|rig| is_so(rig)).count();
-    let middle = |value: &dyn Fn(&Compared) -> f64| median(rigs.iter().map(value).collect());
+    let middle = |value: &dyn Fn(&Compared) -> f64| {
+        median(rigs.iter().map(value).collect()).unwrap_or(f64::NAN)
+    };
     let mut page = format!(
         "\n## A fence in mid-slide\n\n\
          {STRIKES} strikes of a disc on a tilted table, of {of} rigs, each once on an open table and once with a fence that nobody stated, which cuts {:.0} of the tracks (the median of the\n\
@@ -70,12 +72,6 @@ pub fn page(rigs: usize, first: u64) -> anyhow::Result<String> {
              it is computed by the harness from ways of a sliding point, and says how much of what an open table's tracks tell lies behind the fence. A stop tells friction best, for it is seen at rest\n\
              in many frames; a track that is cut before has none. What an interval is wider by than the bound is the library's own; less than that no method can reach from these tracks.\n";
     Ok(page)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    0.5 * (values[middle] + values[(values.len() - 1) / 2])
 }
 
 fn compared(seed: u64) -> anyhow::Result<Compared> {

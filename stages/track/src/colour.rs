@@ -70,17 +70,27 @@ pub(crate) fn codes_of_bytes() -> [f32; 256] {
     std::array::from_fn(|byte| byte as f32 / 255.0)
 }
 
-/// sRGB's curve (IEC 61966-2-1) undone: from a byte to light, 0 to 1. Light adds up; bytes do not.
+/// sRGB's curve (IEC 61966-2-1) undone, for each byte: light, 0 to 1. Light adds up; bytes do not.
 pub(crate) fn light_of_bytes() -> [f32; 256] {
-    std::array::from_fn(|byte| {
-        let value = byte as f64 / 255.0;
-        let light = if value <= 0.040_45 {
-            value / 12.92
-        } else {
-            ((value + 0.055) / 1.055).powf(2.4)
-        };
-        light as f32
-    })
+    std::array::from_fn(|byte| light_of(byte as f64 / 255.0) as f32)
+}
+
+/// The light, 0 to 1, that a byte shows, given as a share of 255: sRGB's curve undone.
+pub(crate) fn light_of(byte: f64) -> f64 {
+    if byte <= 0.040_45 {
+        byte / 12.92
+    } else {
+        ((byte + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// The byte that shows this light, as a share of 255, and its derivative by the light.
+pub(crate) fn byte_of(light: f64) -> (f64, f64) {
+    if light <= 0.003_130_8 {
+        return (12.92 * light.max(0.0), 12.92);
+    }
+    let power = 1.055 * light.powf(1.0 / 2.4);
+    (power - 0.055, power / (2.4 * light))
 }
 
 /// How far a pixel is object (1) and not table (0): a linear function of its light, or of its bytes.

@@ -8,6 +8,7 @@
 use nalgebra::{SMatrix, SVector};
 use statrs::function::erf::erf;
 
+use crate::colour::{byte_of, light_of};
 use crate::edges::Ray;
 
 /// What one image shows along rays across the object's outline.
@@ -385,20 +386,3 @@ impl Fitted<'_> {
 
 /// The least light of a side, of the upper face's.
 const DARKEST: f64 = 0.02;
-
-/// sRGB's curve (IEC 61966-2-1) undone, and done with its slope; shares of 255, and of the light that they show.
-fn light_of(byte: f64) -> f64 {
-    if byte <= 0.040_45 {
-        byte / 12.92
-    } else {
-        ((byte + 0.055) / 1.055).powf(2.4)
-    }
-}
-
-fn byte_of(light: f64) -> (f64, f64) {
-    if light <= 0.003_130_8 {
-        return (12.92 * light.max(0.0), 12.92);
-    }
-    let power = 1.055 * light.powf(1.0 / 2.4);
-    (power - 0.055, power / (2.4 * light))
-}
