@@ -77,7 +77,7 @@ impl Nights {
         let folder = tempfile::tempdir().expect("a folder");
         let nights = Self { folder };
         let rig = nights.path("rig");
-        carom(&format!("demo --strikes 120 --seed 3 --out {rig}"));
+        carom(&format!("demo --strikes 45 --seed 3 --out {rig}"));
         // The first night has too few strikes to learn a residual from.
         let early = nights.path("early");
         carom(&format!("demo --strikes 19 --seed 4 --out {early}"));
