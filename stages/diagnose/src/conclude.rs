@@ -96,6 +96,7 @@ impl Case<'_, '_> {
         notes.extend(judged.note.clone());
         let noise = self.noise();
         notes.extend(notes::noise(&noise, &self.selection.fitted, verdict));
+        notes.extend(notes::wander(&judged.gap));
         if verdict == Verdict::Named {
             notes.extend(self.at_ends());
         }

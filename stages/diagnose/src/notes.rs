@@ -5,7 +5,7 @@ use world::{Estimate, World};
 
 use crate::{
     constancy::Changing,
-    diagnosis::{Noise, Verdict},
+    diagnosis::{Gap, Noise, Verdict},
     fit::Fitted,
     heldout::{self, Gains},
     mixed::{ANGLE, FRICTION, SPEED},
@@ -64,6 +64,18 @@ pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<Str
         }
     }
     notes
+}
+
+/// That stops wander with the order of strikes by more than repeats scatter.
+pub(crate) fn wander(gap: &Gap) -> Option<String> {
+    (gap.wander > gap.noise_floor).then(|| {
+        format!(
+            "stops wander by {:.1} mm over the order of strikes, where repeats scatter by {:.1} mm: something changes slowly (warmth, air, the arm), which no \
+             prediction from commands knows",
+            1e3 * gap.wander,
+            1e3 * gap.noise_floor
+        )
+    })
 }
 
 /// 95 % intervals by which a share must differ from none to be told: a right rig file is doubted once in a thousand.

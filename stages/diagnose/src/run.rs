@@ -34,7 +34,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 60;
+    const VERSION: u32 = 61;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

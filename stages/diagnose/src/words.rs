@@ -96,6 +96,10 @@ pub(crate) fn summary(
             "no gap at rest: tracks differ from the world's beyond noise ({}), but stops by no more than repeats scatter",
             self::p_value(p_value)
         ),
+        Verdict::Consistent if p_value.is_real_as_drawn() => format!(
+            "no gap beyond noise ({}: strikes differ from noise as it was drawn, not from their own scatter); see `detectable` for the least that would have shown",
+            self::p_value(p_value)
+        ),
         Verdict::Consistent => format!(
             "no gap beyond noise ({}); see `detectable` for the least that would have shown",
             self::p_value(p_value)

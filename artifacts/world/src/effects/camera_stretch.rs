@@ -56,7 +56,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         let stretch = Point::new(values.get("along"), values.get("diagonal"));
         format!(
             "the camera shows lengths {} longer towards {} from +x than across it: its calibration is not that of this table (a homography of other \
-             points, pixels that are not square); calibrate it again, and measure a known length both ways",
+             points, pixels that are not square, a readout that is not stated); calibrate it again, and measure a known length both ways",
             wording::percent((1.0 + stretch.norm()) / (1.0 - stretch.norm()) - 1.0),
             wording::degrees(0.5 * stretch.bearing())
         )

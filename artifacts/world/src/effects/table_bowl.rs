@@ -69,7 +69,10 @@ pub const SPEC: EffectSpec = EffectSpec {
         let (shape, pull) = if curvature < 0.0 {
             ("domed: it pushes away from", -curvature)
         } else {
-            ("hollow: it pulls towards", curvature)
+            (
+                "hollow (a spring or a cable pulls alike): it pulls towards",
+                curvature,
+            )
         };
         let (stretch, twist) = (values.get("stretch"), values.get("twist"));
         let unequal = stretch.hypot(twist);

@@ -60,22 +60,25 @@ pub(crate) fn with_replacements<'a>(
         let held = held_beside(&selection, candidate);
         let Selection { prepared, null, .. } = &selection;
         let thresholds = prepared.thresholds;
-        let share = match held[..] {
-            [] if is_wanted(candidate, &selection) => 1.0,
+        let (share, margin) = match held[..] {
+            [] if is_wanted(candidate, &selection) => (1.0, thresholds.better),
             [] => continue,
-            [name] if !is_field(name) && !is_too_little => thresholds.alike,
-            [name] if !is_field(name) => 1.0,
+            // A picture that is stretched errs by angle as no form of an arm does: slides are longer where they are seen turned.
+            [name] if kind(name) == Some(Family::LaunchAngleByCommand) => {
+                (thresholds.explained, thresholds.excluded)
+            }
+            [name] if !is_field(name) && !is_too_little => (thresholds.alike, thresholds.better),
+            [name] if !is_field(name) => (1.0, thresholds.better),
             // Its many values follow what is left of a single one's form.
-            [_] => thresholds.explained.powi(-2),
-            _ => 1.0,
+            [_] => (thresholds.explained.powi(-2), thresholds.better),
+            _ => (1.0, thresholds.better),
         };
         // What it gains by chance takes long to say, and is asked only where it matters.
         chance.insert(candidate.name, 0.0);
         let Some((fitted, gain)) = in_place_of_its_kind(&selection, candidate, chance)? else {
             continue;
         };
-        let is_better =
-            |by_chance: f64| share * (gain.alone - by_chance) > gain.held + thresholds.better;
+        let is_better = |by_chance: f64| share * (gain.alone - by_chance) > gain.held + margin;
         if !is_better(0.0) {
             continue;
         }

@@ -54,7 +54,7 @@ fn fitted_values_are_stated_in_a_sentence() {
         (
             "table_bowl",
             &[("curvature", 0.03), ("center_x", 0.4), ("center_y", 0.1)],
-            "the table is hollow: it pulls towards (0.40, 0.10) m with 0.29 m/s² for every metre from there",
+            "the table is hollow (a spring or a cable pulls alike): it pulls towards (0.40, 0.10) m with 0.29 m/s² for every metre from there",
         ),
         (
             "striker_speed_error",
@@ -164,7 +164,7 @@ fn fitted_values_are_stated_in_a_sentence() {
             "camera_stretch",
             &[("diagonal", 0.01)],
             "the camera shows lengths 2.0 % longer towards 45° from +x than across it: its calibration is not that of this table (a homography of other \
-             points, pixels that are not square); calibrate it again, and measure a known length both ways",
+             points, pixels that are not square, a readout that is not stated); calibrate it again, and measure a known length both ways",
         ),
         (
             "table_tilt_by_session",
