@@ -23,7 +23,9 @@ LOGS = {
     "JPEG 1280 × 720 and point clouds of 60 MB": (1280, 720, 12, "jpeg", 1, PLAIN, 60_000_000),
     "JPEG 1280 × 720 and point clouds of 1 MB, chunks of 60 MB": (1280, 720, 150, "jpeg", 60_000_000, PLAIN, 1_000_000),
     "raw 4600 × 3450": (4600, 3450, 6, "rgb8", 1, PLAIN, 0),
-    "JPEG 8192 × 4096, the largest that is read": (8192, 4096, 6, "jpeg", 1, PLAIN, 0),
+    "JPEG 7300 × 4200, nearly the largest that is read": (7300, 4200, 6, "jpeg", 1, PLAIN, 0),
+    "progressive JPEG 4800 × 3200": (4800, 3200, 6, "progressive", 1, PLAIN, 0),
+    "PNG 5200 × 3000": (5200, 3000, 4, "png", 1, PLAIN, 0),
 }
 RIG = """[object]
 shape = "cylinder"
@@ -97,7 +99,8 @@ def main():
                 data = cdr(*begin, height, width, "rgb8", False, 3 * width, image[..., ::-1].tobytes())
             else:
                 words = [cv2.IMWRITE_JPEG_QUALITY, 90, cv2.IMWRITE_JPEG_PROGRESSIVE, int(encoding == "progressive")]
-                data = cdr(*begin, "jpeg", cv2.imencode(".jpg", image, words)[1].tobytes())
+                kind, words = ("png", []) if encoding == "png" else ("jpg", words)
+                data = cdr(*begin, kind, cv2.imencode(f".{kind}", image, words)[1].tobytes())
             writer.add_message(images, stamp, data, stamp)
             if cloud:
                 writer.add_message(clouds, stamp, rng.bytes(cloud), stamp)

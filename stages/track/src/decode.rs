@@ -9,7 +9,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 
-use crate::image::{Image, checked_size};
+use crate::image::{Image, check_room, checked_size};
 use crate::jpeg::{ScanCheck, with_codes};
 use crate::message::Payload;
 use crate::size::LARGEST_IMAGE;
@@ -131,6 +131,7 @@ fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), Ima
     }
     let checked = scans.check(data);
     checked.map_err(|why| ImageError::Compressed("JPEG", why.into()))?;
+    check_room([width, height], data.len() + scans.coefficient_bytes())?;
     image.resize(width as u64, height as u64)?;
     image.grey = info.components == 1;
     decoder.decode_into(&mut image.rgb).map_err(wrong)
@@ -151,6 +152,7 @@ fn png(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), Imag
     let (width, height) = reader.info().size();
     let pixels = checked_size(width.into(), height.into())?;
     let size = reader.output_buffer_size().unwrap_or_default();
+    check_room(pixels, size)?;
     scratch.resize(size, 0);
     let frame = reader.next_frame(scratch).map_err(wrong)?;
     let channels = frame.color_type.samples();
@@ -171,6 +173,7 @@ fn webp(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), Ima
     let (width, height) = decoder.dimensions();
     let pixels = checked_size(width.into(), height.into())?;
     let size = decoder.output_buffer_size().unwrap_or_default();
+    check_room(pixels, size)?;
     scratch.resize(size, 0);
     decoder.read_image(scratch).map_err(wrong)?;
     let (encoding, bytes) = if decoder.has_alpha() {
@@ -216,6 +219,7 @@ fn raw(
             bytes: data.len(),
         });
     }
+    check_room([width, height], data.len())?;
     image.resize(width as u64, height as u64)?;
     image.grey = matches!(format, Format::Mono(..));
     if let Format::Bayer { red, bytes } = format {

@@ -1,6 +1,6 @@
 //! What can keep an image from being looked at.
 
-use crate::size::LARGEST_IMAGE;
+use crate::size::{LARGEST_IMAGE, MOST_BYTES};
 
 /// Why an image could not be decoded; each text says what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -10,6 +10,15 @@ pub enum ImageError {
     Short(usize),
     #[error("it says that it is {width} × {height} pixels; 1 to {most} pixels are read", most = LARGEST_IMAGE)]
     Size { width: u64, height: u64 },
+    #[error(
+        "its {width} × {height} pixels and what they are decoded from take {} MB, and at most {} MB may be taken: record smaller images, or JPEG \
+         that is not progressive", bytes / 1_000_000, MOST_BYTES / 1_000_000
+    )]
+    Memory {
+        width: usize,
+        height: usize,
+        bytes: usize,
+    },
     #[error(
         "its {height} rows of {step} bytes do not fit a width of {width} pixels of {pixel} bytes in {bytes} bytes"
     )]

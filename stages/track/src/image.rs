@@ -1,7 +1,7 @@
 //! An image in memory.
 
 use crate::ImageError;
-use crate::size::LARGEST_IMAGE;
+use crate::size::{LARGEST_IMAGE, MOST_BYTES};
 
 /// An image of 8-bit R'G'B' pixels, rows from the top, without gaps.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -85,4 +85,38 @@ pub(crate) fn checked_size(width: u64, height: u64) -> Result<[usize; 2], ImageE
         return Err(ImageError::Size { width, height });
     }
     Ok([width as usize, height as usize])
+}
+
+/// Checks that there is room for an image's pixels beside so many bytes that they are decoded from.
+///
+/// # Errors
+/// Both take more than [`MOST_BYTES`].
+pub(crate) fn check_room([width, height]: [usize; 2], beside: usize) -> Result<(), ImageError> {
+    let bytes = 3 * width * height + beside;
+    if bytes > MOST_BYTES {
+        return Err(ImageError::Memory {
+            width,
+            height,
+            bytes,
+        });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_image_is_refused_that_takes_more_with_what_it_is_decoded_from_than_there_is_room_for() {
+        let size = [4600, 3450];
+        let raw = 3 * size[0] * size[1];
+        assert_eq!(check_room(size, raw), Ok(()));
+        let refused = check_room([4600, 3500], raw).expect_err("too large");
+        assert!(
+            refused.to_string().contains("record smaller images"),
+            "{refused}"
+        );
+        assert_eq!(check_room([7300, 4200], 3_000_000), Ok(()));
+    }
 }

@@ -1,7 +1,10 @@
 //! How large an image may be, and how bright a pixel.
 
-/// Most pixels of an image: 8192 × 4096, 100 MB as RGB.
-pub const LARGEST_IMAGE: usize = 8192 * 4096;
+/// Bytes that an image takes at the most: its pixels as RGB, with what they are decoded from. The program takes another 32 MB at the most.
+pub(crate) const MOST_BYTES: usize = 95_500_000;
+
+/// Most pixels of an image.
+pub const LARGEST_IMAGE: usize = MOST_BYTES / 3;
 
 /// All bytes of a pixel at or over this are glare.
 pub(crate) const GLARE: u8 = 245;

@@ -114,6 +114,20 @@ impl ScanCheck {
         checked
     }
 
+    /// Bytes of the coefficients that a decoder keeps of the image that was checked last: two each, of a progressive one.
+    pub(crate) fn coefficient_bytes(&self) -> usize {
+        let Header {
+            size: [width, height],
+            is_progressive,
+            components,
+            ..
+        } = &self.header;
+        let area = |component: &Component| component.sampling[0] * component.sampling[1];
+        let most = components.iter().map(area).max().unwrap_or(1);
+        let all: usize = components.iter().map(area).sum();
+        usize::from(*is_progressive) * 2 * width * height * all / most
+    }
+
     fn check_scans(&mut self, data: &[u8]) -> Result<(), Damage> {
         let Self {
             header,
