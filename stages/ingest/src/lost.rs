@@ -30,12 +30,7 @@ pub(crate) struct Lost {
 
 impl Lost {
     /// Takes the next frame; hands on those in which the object was seen, in order, and gives the number of those in which it was not.
-    pub(crate) fn take(
-        &mut self,
-        sample: Sample,
-        rig: &Rig,
-        mut see: impl FnMut(Sample),
-    ) -> usize {
+    pub(crate) fn take(&mut self, sample: Sample, rig: &Rig, mut see: impl FnMut(Sample)) -> usize {
         let is_zero = sample.x == 0.0 && sample.y == 0.0;
         if is_zero || !place(&sample).is_finite() {
             return 1;
@@ -96,9 +91,19 @@ mod tests {
     fn a_place_off_the_table_that_no_object_gets_to_is_a_lost_frame() {
         let at = |x: f64| [x, 0.1];
         let nowhere = [-1.0, -1.0];
-        assert_eq!(counts(&[at(0.3), nowhere, nowhere, at(0.31), at(0.32)]), (2, 3));
+        assert_eq!(
+            counts(&[at(0.3), nowhere, nowhere, at(0.31), at(0.32)]),
+            (2, 3)
+        );
         // From the first frame on, and where no number comes in between.
-        let mixed = [nowhere, at(0.3), [9999.0; 2], [f64::NAN; 2], [9999.0; 2], at(0.3)];
+        let mixed = [
+            nowhere,
+            at(0.3),
+            [9999.0; 2],
+            [f64::NAN; 2],
+            [9999.0; 2],
+            at(0.3),
+        ];
         assert_eq!(counts(&mixed), (4, 2));
         assert_eq!(counts(&[at(0.3), [0.0; 2], at(0.3)]), (1, 2));
     }
@@ -107,14 +112,23 @@ mod tests {
     fn an_object_that_lies_off_the_table_is_seen_there() {
         // It slides over the edge, and is put back.
         let falls = (0..40).map(|i| [0.9 + 0.005 * f64::from(i), 0.1]);
-        let falls: Vec<[f64; 2]> = falls.chain([[1.095, 0.1]; 30]).chain([[0.3, 0.1]; 5]).collect();
+        let falls: Vec<[f64; 2]> = falls
+            .chain([[1.095, 0.1]; 30])
+            .chain([[0.3, 0.1]; 5])
+            .collect();
         assert_eq!(counts(&falls), (0, 75));
         // A hand puts it beyond the stated bounds, from where it is struck; the tracker's places are coarse.
         let struck = (0..20).map(|i| [0.05 + 0.01 * f64::from(i), 0.1]);
-        let struck: Vec<[f64; 2]> = [[0.6, 0.1]; 5].into_iter().chain([[0.05, 0.1]; 30]).chain(struck).collect();
+        let struck: Vec<[f64; 2]> = [[0.6, 0.1]; 5]
+            .into_iter()
+            .chain([[0.05, 0.1]; 30])
+            .chain(struck)
+            .collect();
         assert_eq!(counts(&struck), (0, 55));
         // All places are in mm, and coarse.
-        let in_mm: Vec<[f64; 2]> = (0..30).map(|i| [400.0 + 12.0 * f64::from(i / 3), 100.0]).collect();
+        let in_mm: Vec<[f64; 2]> = (0..30)
+            .map(|i| [400.0 + 12.0 * f64::from(i / 3), 100.0])
+            .collect();
         assert_eq!(counts(&in_mm).0, 0);
     }
 }

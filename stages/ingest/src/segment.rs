@@ -6,7 +6,9 @@
 use std::collections::VecDeque;
 
 use logs::Sample;
-use values::{Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
+use values::{
+    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Strike, split_of,
+};
 
 use crate::arm::{State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
