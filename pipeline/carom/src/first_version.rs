@@ -36,6 +36,9 @@ pub struct FirstVersion {
     /// Strikes that judge: those that fitted nothing; where they are fewer than eight, those of [`Split::Validation`], too, which identification
     /// did not look at, and effects did.
     pub held_out: usize,
+    /// How many of these are of [`Split::Validation`], which the table of stop errors leaves out.
+    #[serde(default)]
+    pub validation: usize,
     /// The model that would be used.
     pub model: String,
     /// Stop error of that model, in m; none where nothing was held out.
@@ -74,7 +77,7 @@ pub fn judge(
     let by_model = stop_errors(run, &candidate.model, &judges)?;
     let plain = Plain::of(strikes.iter().filter(|s| s.split == Split::Train));
     let mut sums = [0.0; 4];
-    let mut count = 0;
+    let (mut count, mut validation) = (0, 0);
     for (i, strike) in held_out.iter().enumerate() {
         if let (Some(model), Some(nominal)) = (by_model[i], by_nominal[i]) {
             sums[0] += model;
@@ -82,6 +85,7 @@ pub fn judge(
             sums[2] += nominal;
             sums[3] += strike.path().norm();
             count += 1;
+            validation += usize::from(strike.split == Split::Validation);
         }
     }
     let [error, plain, nominal, slide] = sums.map(|sum| (count > 0).then(|| sum / count as f64));
@@ -103,6 +107,7 @@ pub fn judge(
         passed: false,
         strikes: strikes.len(),
         held_out: count,
+        validation,
         model: candidate.name.clone(),
         error,
         plain,
@@ -131,15 +136,27 @@ impl FirstVersion {
         self.is_unjudged() || self.strikes < ENOUGH
     }
 
+    /// Why more strikes judge here than in the table of stop errors; empty where as many do.
+    fn of_validation(&self) -> String {
+        match self.validation {
+            0 => String::new(),
+            n => format!(
+                " ({n} of them are those that effects were chosen by, as fewer than {LEAST} others are held out: the table of stop errors is of the others alone)"
+            ),
+        }
+    }
+
     /// Why it does not pass, and what to log next; empty where it passes.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
         if self.is_unjudged() {
             let more = (FOR_ONE * (LEAST - self.held_out)).max(ENOUGH.saturating_sub(self.strikes));
             doubts.push(format!(
-                "{} of {} strikes are held out to judge by, and a first version is judged by {LEAST} at the least: record {more} more, at other \
+                "{} of {} strikes are held out to judge by{}, and a first version is judged by {LEAST} at the least: record {more} more, at other \
                  speeds, angles and places (one in five is held out; of {ENOUGH} strikes it is {LEAST} or more in 99 of 100 runs)",
-                self.held_out, self.strikes
+                self.held_out,
+                self.strikes,
+                self.of_validation()
             ));
             return doubts;
         }
@@ -154,8 +171,10 @@ impl FirstVersion {
             let is_alike = error <= NEAR_PLAIN * other && near_floor(error);
             if error >= other && !is_alike {
                 doubts.push(format!(
-                    "`{}` misses held-out stops by {:.2} cm, and {name} by {:.2} cm: record strikes at more speeds, angles and places, and see `carom check` and the report for what the world lacks",
+                    "`{}` misses {} held-out stops{} by {:.2} cm, and {name} by {:.2} cm: record strikes at more speeds, angles and places, and see `carom check` and the report for what the world lacks",
                     self.model,
+                    self.held_out,
+                    self.of_validation(),
                     error * 100.0,
                     other * 100.0
                 ));
@@ -165,8 +184,10 @@ impl FirstVersion {
             let [error_cm, floor_cm, slide_cm] = [error, floor, slide].map(|length| length * 100.0);
             if error > (OF_SLIDE * slide).max(FLOORS * floor) {
                 doubts.push(format!(
-                    "`{}` misses held-out stops by {error_cm:.2} cm where objects slide {slide_cm:.0} cm and repeats scatter by {floor_cm:.2} cm: something great is missing or wrong; see `carom check`, and in the report what strikes depend on",
-                    self.model
+                    "`{}` misses {} held-out stops{} by {error_cm:.2} cm where objects slide {slide_cm:.0} cm and repeats scatter by {floor_cm:.2} cm: something great is missing or wrong; see `carom check`, and in the report what strikes depend on",
+                    self.model,
+                    self.held_out,
+                    self.of_validation()
                 ));
             }
         }
@@ -194,9 +215,10 @@ impl FirstVersion {
         let cm =
             |error: Option<f64>| error.map_or("unknown".into(), |e| format!("{:.2} cm", e * 100.0));
         vec![format!(
-            "`{}` misses {} held-out stops by {}, the mean displacement by speed and angle by {}, the nominal world by {}",
+            "`{}` misses {} held-out stops{} by {}, the mean displacement by speed and angle by {}, the nominal world by {}",
             self.model,
             self.held_out,
+            self.of_validation(),
             cm(self.error),
             cm(self.plain),
             cm(self.nominal)
@@ -272,6 +294,7 @@ mod tests {
             passed: false,
             strikes: 5 * held_out,
             held_out,
+            validation: 0,
             model: "sysid".into(),
             error: Some(error),
             plain: Some(plain),
@@ -307,7 +330,13 @@ mod tests {
         let few = gate(7, 0.01, 0.03, 0.1);
         assert!(!few.passed);
         assert!(few.doubts()[0].contains("record 45 more"), "{few:?}");
-        assert!(few.is_gathering());
+        assert!(few.is_gathering() && !few.doubts()[0].contains("table of stop errors"));
+        let mixed = FirstVersion {
+            validation: 4,
+            ..gate(9, 0.2, 0.03, 0.1)
+        };
+        let told = "misses 9 held-out stops (4 of them are those that effects were chosen by";
+        assert!(mixed.doubts()[0].contains(told), "{mixed:?}");
         // Worse than plain means: forty strikes may yet teach more, a hundred should have.
         assert!(!gate(8, 0.2, 0.03, 0.1).passed && gate(8, 0.2, 0.03, 0.1).is_gathering());
         assert!(!gate(20, 0.2, 0.03, 0.1).is_gathering());

@@ -161,7 +161,21 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         .collect();
     let slides = slides(&seen);
     let (strikes, rejects) = Strikes::join(read);
-    let check = check::check(rig, &log_reads(&seen, &rejects), &fences);
+    let mut check = check::check(rig, &log_reads(&seen, &rejects), &fences);
+    if let Some(rough) = check.rough_delay() {
+        // Touches tell it to a ms, once they are seen at about their time.
+        let mut late = fenced.clone();
+        late.frames.camera_delay += rough;
+        if let Ok(again) = run.lists(&Ingest { seed }, &late, &logs) {
+            let seen: Vec<LogSeen> = again
+                .iter()
+                .map(|(outcome, _)| LogSeen::of(outcome))
+                .collect();
+            let (_, rejects) = Strikes::join(again);
+            let again = check::check(&late, &log_reads(&seen, &rejects), &fences);
+            check = Check::refined(rough, again).unwrap_or(check);
+        }
+    }
     // Where it is known why nothing was kept, that is said.
     if strikes.is_empty() && slides.is_empty() && !check.is_meaningless() {
         return Err(Error::input(format!(

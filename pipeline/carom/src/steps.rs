@@ -65,15 +65,7 @@ pub fn advance(
     } else {
         summary::overview(&results)
     };
-    text += &summary::findings(
-        &results.read.check,
-        &inputs.rig,
-        if global.verbose {
-            Severity::Told
-        } else {
-            Severity::Doubtful
-        },
-    );
+    text += &summary::findings(&results.read.check, &inputs.rig, Severity::Told);
     if results.read.check.is_meaningless() && last > Step::Ingest {
         text += "refused    a model of these logs would be meaningless: nothing is fitted, nothing is published\n";
     }

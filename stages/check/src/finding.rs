@@ -33,6 +33,59 @@ impl Check {
             .iter()
             .any(|f| f.severity() == Severity::Meaningless)
     }
+
+    /// By how much (s) the camera's stamps lie farther behind the arm's than stated, where too far for touches to be seen at their time: as commands
+    /// or touches tell it.
+    pub fn rough_delay(&self) -> Option<f64> {
+        let long = self.findings.iter().find_map(|finding| match finding {
+            Finding::EncoderDelay { delay, .. } => Some(delay.seconds[0]),
+            _ => None,
+        });
+        let offsets = self.findings.iter().filter_map(|finding| match finding {
+            Finding::ClockOffset {
+                delay,
+                uncertainty,
+                certain: true,
+                ..
+            } => Some((*delay, *uncertainty)),
+            _ => None,
+        });
+        let offsets: Vec<(f64, f64)> = offsets.collect();
+        let (first, within) = *offsets.first().unwrap_or(&(0.0, 0.0));
+        // Each log's, and the same.
+        let is_one = offsets
+            .iter()
+            .all(|(delay, _)| (delay - first).abs() < within);
+        let mean = offsets.iter().map(|o| o.0).sum::<f64>() / offsets.len() as f64;
+        long.filter(|seconds| seconds.abs() > TOO_LONG)
+            .or((!offsets.is_empty() && is_one).then_some(mean))
+    }
+
+    /// This check with what another one tells, of the same logs read with a camera that is late by `rough` (s) more than stated: the delay as touches
+    /// tell it, and the rest beside it. None where they do not tell it.
+    pub fn refined(rough: f64, by: Self) -> Option<Self> {
+        let Delay {
+            seconds: [left, error],
+            ..
+        } = by.measured.encoder_to_camera?;
+        let is_clocks = |f: &Finding| {
+            matches!(
+                f,
+                Finding::EncoderDelay { .. } | Finding::ClockOffset { .. }
+            )
+        };
+        let is_told = left.abs() < TOO_LONG;
+        let mut check = by;
+        let delay = check.measured.encoder_to_camera.as_mut()?;
+        delay.seconds = [rough + left, error];
+        let first = Finding::EncoderDelay {
+            delay: *delay,
+            misleads: true,
+        };
+        check.findings.retain(|finding| !is_clocks(finding));
+        check.findings.insert(0, first);
+        is_told.then_some(check)
+    }
 }
 
 /// What was measured of the logs together; none where they do not tell.
@@ -75,6 +128,13 @@ impl Delay {
         let by_contact = if seconds > 0.0 { CONTACT } else { 0.0 };
         seconds.abs() > (by_contact + SURE * error).max(LEAST)
     }
+
+    /// Whether the tip is looked up at a moment at which its speed is not that of the touch: before it has its speed, or long after. In logs without
+    /// commands (`by_touches`) it is looked up earlier by the delay.
+    pub(crate) fn misleads(&self, by_touches: bool) -> bool {
+        let seconds = self.seconds[0];
+        seconds.abs() > TOO_LONG || (seconds < -TOO_EARLY && !by_touches)
+    }
 }
 
 /// Standard errors from which a delay is told, and the least one, in s; from the next one on a model may suffer from it: a strike's clock is
@@ -87,6 +147,8 @@ pub const CONTACT: f64 = 0.005;
 const LONG: f64 = 0.01;
 /// Time, in s, after the touch from which a tip is some centimetres past the object, and brakes: what it delivered is not known then.
 const TOO_LONG: f64 = 0.03;
+/// Time, in s, before the touch from which a tip still gathers speed: errors of the arm are then named that are none.
+const TOO_EARLY: f64 = 0.008;
 
 /// Turn, in rad, beyond which no effect of the library can explain it (a bias of the arm, up to 0.3 rad, with an offset of the tip).
 pub const TURNED: f64 = 0.21;
@@ -202,11 +264,12 @@ pub enum Finding {
         strikes: usize,
         certain: bool,
     },
-    /// The clocks drift apart, in s a second.
+    /// The clocks drift apart, in s a second; `certain` where strikes are lost by it.
     ClockDrift {
         log: String,
         rate: f64,
         drifted: f64,
+        certain: bool,
     },
     /// From this strike of a log on objects move so many s later after their commands, or sooner; `untimely` strikes at a time at which none is
     /// looked for.
@@ -231,8 +294,9 @@ pub enum Finding {
         followed: usize,
         struck: usize,
     },
-    /// The camera's stamps lie behind the arm's by the tip's measured place, or before them.
-    EncoderDelay { delay: Delay },
+    /// The camera's stamps lie behind the arm's by the tip's measured place, or before them; `misleads` where what the tip delivered is read of another
+    /// moment than the touch.
+    EncoderDelay { delay: Delay, misleads: bool },
     /// By the tip's measured places the camera's have another scale.
     Scaled {
         log: Option<String>,
@@ -387,6 +451,7 @@ impl Finding {
             | Self::Unrelated { .. }
             | Self::OtherCommands { .. }
             | Self::ClockOffset { certain: true, .. }
+            | Self::ClockDrift { certain: true, .. }
             | Self::NothingMoves { .. }
             | Self::OtherTimes { .. }
             | Self::Scale { .. }
@@ -419,10 +484,8 @@ impl Finding {
                 Severity::Meaningless
             }
             Self::InPart { what, .. } => what.severity(),
-            Self::EncoderDelay { delay } if delay.seconds[0].abs() <= LONG => Severity::Told,
-            Self::EncoderDelay { delay } if delay.seconds[0].abs() > TOO_LONG => {
-                Severity::Meaningless
-            }
+            Self::EncoderDelay { misleads: true, .. } => Severity::Meaningless,
+            Self::EncoderDelay { delay, .. } if delay.seconds[0].abs() <= LONG => Severity::Told,
             Self::Turned { .. }
             | Self::ClockOffset { .. }
             | Self::EncoderDelay { .. }
@@ -475,6 +538,43 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_delay_that_commands_tell_roughly_is_told_as_touches_tell_it() {
+        let offset = |delay: f64| Finding::ClockOffset {
+            log: "one.mcap".into(),
+            delay,
+            uncertainty: 0.15,
+            strikes: 30,
+            certain: true,
+        };
+        let check = |findings: Vec<Finding>| Check {
+            findings,
+            ..Check::default()
+        };
+        let rough = check(vec![offset(1.01), offset(1.03)]).rough_delay();
+        assert!(
+            rough.is_some_and(|rough| (rough - 1.02).abs() < 1e-9),
+            "{rough:?}"
+        );
+        // One log alone is late.
+        assert_eq!(check(vec![offset(1.01), offset(-2.0)]).rough_delay(), None);
+        assert_eq!(check(Vec::new()).rough_delay(), None);
+        let mut again = check(vec![Finding::NoRepeats]);
+        assert_eq!(Check::refined(1.02, again.clone()), None);
+        again.measured.encoder_to_camera = Some(Delay {
+            seconds: [-0.0204, 0.0003],
+            reach: None,
+            strikes: 60,
+        });
+        let found = Check::refined(1.02, again).expect("touches tell it");
+        assert!(
+            matches!(&found.findings[..], [Finding::EncoderDelay { delay, .. }, Finding::NoRepeats]
+                if (delay.seconds[0] - 0.9996).abs() < 1e-9),
+            "{found:?}"
+        );
+        assert!(found.is_meaningless());
+    }
+
+    #[test]
     fn what_a_soft_contact_delays_by_itself_is_no_clocks() {
         let is_sure = |seconds: f64, error: f64| {
             let delay = Delay {
@@ -494,19 +594,26 @@ mod tests {
     }
 
     #[test]
-    fn a_tip_that_is_centimetres_past_the_touch_tells_nothing_of_it() {
-        let severity = |seconds| {
+    fn a_tip_that_is_seen_before_it_has_its_speed_or_centimetres_past_the_touch_tells_nothing_of_it()
+     {
+        let severity = |seconds, by_touches| {
             let delay = Delay {
                 seconds: [seconds, 0.001],
                 reach: None,
                 strikes: 40,
             };
-            Finding::EncoderDelay { delay }.severity()
+            let misleads = delay.misleads(by_touches);
+            Finding::EncoderDelay { delay, misleads }.severity()
         };
-        assert_eq!(severity(0.008), Severity::Told);
-        assert_eq!(severity(0.02), Severity::Doubtful);
-        for seconds in [-0.06, 0.06] {
-            assert_eq!(severity(seconds), Severity::Meaningless);
+        for by_touches in [false, true] {
+            assert_eq!(severity(0.008, by_touches), Severity::Told);
+            assert_eq!(severity(0.02, by_touches), Severity::Doubtful);
+            for seconds in [-0.06, 0.06] {
+                assert_eq!(severity(seconds, by_touches), Severity::Meaningless);
+            }
         }
+        assert_eq!(severity(-0.004, false), Severity::Told);
+        assert_eq!(severity(-0.012, false), Severity::Meaningless);
+        assert_eq!(severity(-0.012, true), Severity::Doubtful);
     }
 }

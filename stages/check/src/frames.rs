@@ -111,12 +111,13 @@ pub fn findings(pairs: &[Pair], log: Option<&str>, is_logged: bool) -> Vec<Findi
         }
     }
     let speed = unrelated_speeds(&pairs);
+    let beside = turn(&pairs).unwrap_or_default();
     let Some(line) = line else {
         if let Some(line) = speed {
             return vec![unrelated(log(), strikes, line)];
         }
         // With one angle a mirror is a turn.
-        return turned(&log, strikes, heading, centre, None)
+        return turned(&log, strikes, heading, centre, beside, None)
             .into_iter()
             .collect();
     };
@@ -135,7 +136,7 @@ pub fn findings(pairs: &[Pair], log: Option<&str>, is_logged: bool) -> Vec<Findi
     if line.slope - SURE * line.slope_error <= 0.0 {
         return Vec::new();
     }
-    turned(&log, strikes, heading, centre, Some(line))
+    turned(&log, strikes, heading, centre, beside, Some(line))
         .into_iter()
         .collect()
 }
@@ -279,13 +280,14 @@ fn reflected(pairs: &[Pair], line: Line, log: Option<String>) -> Finding {
     }
 }
 
-/// A turn that no gain explains: the heading in the middle beside gains times the commanded angle, and, where angles vary, the heading at
+/// A turn that no gain explains, and by how much: the heading in the middle beside gains times the commanded angle, and, where angles vary, the heading at
 /// angle zero too.
 fn turned(
     log: &impl Fn() -> Option<String>,
     strikes: usize,
     heading: f64,
     centre: f64,
+    beside_commands: f64,
     line: Option<Line>,
 ) -> Option<Finding> {
     // As the strikes tell it, where they do.
@@ -316,10 +318,16 @@ fn turned(
         Some(at_zero) => beside.abs().min(at_zero.abs()),
         None => beside.abs(),
     };
+    // Where objects would leave along x: as the gain tells it, where it is another than 1; else as headings lie beside commands.
+    let of_gain = line.filter(|line| (line.slope - 1.0).abs() > SURE * line.slope_error);
+    let by = match of_gain {
+        Some(line) => wrapped((heading + line.at_zero) / line.slope - centre),
+        None => beside_commands,
+    };
     (sure > PERHAPS_TURNED).then(|| Finding::Turned {
         log: log(),
         strikes,
-        by: if turn.abs() > PI - NEAR { PI } else { turn },
+        by: if turn.abs() > PI - NEAR { PI } else { by },
         mirrored: false,
         certain: sure > TURNED,
     })
@@ -366,6 +374,24 @@ mod tests {
                 matches!(found[..], [Finding::Turned { certain: true, .. }]),
                 "{found:?}"
             );
+        }
+    }
+
+    #[test]
+    fn a_turn_is_told_as_it_is_where_objects_leave_at_a_part_of_the_angle_too() {
+        for (gain, turn) in [(1.0, 0.52), (0.6, 0.52), (0.6, -0.4), (0.75, 1.57)] {
+            // The arm strikes to both sides, and more to one.
+            let angles = (-0.7 - turn, 0.9 - turn);
+            match found(angles, |a, _| gain * (a + turn))[..] {
+                [
+                    Finding::Turned {
+                        by, certain: true, ..
+                    },
+                ] => {
+                    assert!((by - turn).abs() < 0.03, "{gain} {turn}: {by}");
+                }
+                ref other => panic!("{gain} {turn}: {other:?}"),
+            }
         }
     }
 

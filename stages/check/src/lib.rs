@@ -91,14 +91,18 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         let reach = places::reach(rig, logs);
         if !is_polar {
             // What no touch began tells no speed.
-            findings.extend(speeds(rig, &all).filter(|_| reach.is_none()));
-            // In another frame angles are others.
+            let scale = speeds(rig, &all).filter(|_| reach.is_none());
+            let is_in_other_unit = scale.is_some();
+            findings.extend(scale);
+            // In another frame angles are others, and in another unit speeds.
             let is_apart = findings.iter().any(|f| is_wrong(f) && f.is_of_frames());
             let limits = limits(rig, &all, commanded).into_iter();
-            findings.extend(limits.filter(|finding| {
-                let limit = Limit::Angle;
-                !(is_apart
-                    && matches!(finding, Finding::OutsideLimits { limit: of, .. } if *of == limit))
+            findings.extend(limits.filter(|finding| match finding {
+                Finding::OutsideLimits { limit, .. } => match limit {
+                    Limit::Angle => !is_apart,
+                    Limit::Speed => !is_in_other_unit,
+                },
+                _ => true,
             }));
         }
         findings.extend(reach);
@@ -153,7 +157,17 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     // Where the tip is not where the camera sees it, touches tell no time.
     let is_apart = findings.iter().any(|f| is_wrong(f) && f.is_of_frames());
     let is_sure = delay.filter(|delay| !is_apart && delay.is_sure());
-    findings.extend(is_sure.map(|delay| Finding::EncoderDelay { delay }));
+    // By touches alone the tip is looked up at their time.
+    let is_by_state = logs.iter().any(|log| log.seen.is_by_state);
+    findings.extend(is_sure.map(|delay| Finding::EncoderDelay {
+        delay,
+        misleads: delay.misleads(is_by_state),
+    }));
+    // It tells more finely what the commands tell of the clocks.
+    let is_told = |f: &Finding| matches!(f, Finding::EncoderDelay { .. });
+    if findings.iter().any(is_told) {
+        findings.retain(|f| !matches!(f, Finding::ClockOffset { certain: false, .. }));
+    }
     Check {
         measured: Measured {
             paired: all.len(),
@@ -187,10 +201,12 @@ const MOST_LOST: f64 = 0.05;
 const DRIFT: f64 = 0.1;
 const DRIFT_ERRORS: f64 = 6.0;
 
-/// The finding that clocks drift apart over a log.
-fn clock_drift(log: &str, pairs: &[Pair]) -> Option<Finding> {
-    let rises = beside_speed(pairs, |pair| pair.command.rise);
-    let lags = beside_speed(pairs, |pair| pair.lag);
+/// The finding that clocks drift apart over a log; what a hand moved meanwhile tells nothing of it.
+fn clock_drift(log: &str, pairs: &[Pair], certain: bool) -> Option<Finding> {
+    let each = pairs.iter().zip(pairs::are_astray(pairs));
+    let struck: Vec<Pair> = each.filter(|of| !of.1).map(|of| *of.0).collect();
+    let rises = beside_speed(&struck, |pair| pair.command.rise);
+    let lags = beside_speed(&struck, |pair| pair.lag);
     let points: Vec<(f64, f64)> = rises.into_iter().zip(lags).collect();
     let line = statistics::line(&points)?;
     let rises = pairs.iter().map(|pair| pair.command.rise);
@@ -202,6 +218,7 @@ fn clock_drift(log: &str, pairs: &[Pair]) -> Option<Finding> {
         log: log.into(),
         rate: line.slope,
         drifted,
+        certain,
     })
 }
 
@@ -217,6 +234,10 @@ fn beside_speed(pairs: &[Pair], of: impl Fn(&Pair) -> f64) -> Vec<f64> {
 fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (log, of) in logs.iter().zip(paired) {
+        if of.is_rated {
+            findings.extend(clock_drift(log.name, &of.pairs, true));
+            continue;
+        }
         let step = parts::clock_step(log.name, &of.pairs).filter(|_| !of.is_shifted);
         if let (Some(delay), None) = (of.delay, &step) {
             findings.push(Finding::ClockOffset {
@@ -246,7 +267,7 @@ fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
                 motions: log.seen.motions.len(),
             });
         }
-        let drifts = || clock_drift(log.name, &of.pairs);
+        let drifts = || clock_drift(log.name, &of.pairs, false);
         findings.extend(step.or_else(drifts));
     }
     findings
@@ -525,12 +546,7 @@ fn session_speeds(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
             .values()
             .map(|ratios| median(ratios.iter().copied()));
         let middles: Vec<f64> = middles.flatten().collect();
-        // Of two, the first one stands for both.
-        let usual = match middles[..] {
-            [_] => None,
-            [first, _] => Some(first),
-            _ => median(middles),
-        };
+        let usual = usual(&middles);
         for (log, ratios) in at_speed {
             beside[*log].extend(usual.iter().flat_map(|u| ratios.iter().map(move |r| r - u)));
         }
@@ -551,6 +567,18 @@ fn session_speeds(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
         })
     })
     .collect()
+}
+
+/// The median of several logs' values; where as many lie on either side of it, that of the first one's side. None of one alone.
+fn usual(of_logs: &[f64]) -> Option<f64> {
+    let [first, _, ..] = of_logs else {
+        return None;
+    };
+    let mut sorted = of_logs.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (low, high) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
+    let is_low = (low - first).abs() <= (high - first).abs();
+    Some(if is_low { low } else { high })
 }
 
 /// The camera's noise at rest beside the rig file's.
@@ -583,7 +611,7 @@ mod tests {
                 Pair::made(i, [speed, 0.0], Point::new(speed, 0.0), lag)
             })
             .collect();
-        clock_drift("one.mcap", &pairs).is_some()
+        clock_drift("one.mcap", &pairs, false).is_some()
     }
 
     #[test]
@@ -625,8 +653,34 @@ mod tests {
     }
 
     #[test]
+    fn of_two_halves_the_first_one_is_usual() {
+        assert_eq!(usual(&[0.1]), None);
+        assert_eq!(usual(&[0.3, 0.1]), Some(0.3));
+        assert_eq!(usual(&[0.1, 0.9, 0.2]), Some(0.2));
+        assert_eq!(usual(&[0.1, 0.12, 0.9, 0.8]), Some(0.12));
+        assert_eq!(usual(&[0.9, 0.8, 0.1, 0.12]), Some(0.8));
+    }
+
+    #[test]
     fn a_longer_ramp_to_a_faster_plateau_is_no_drift() {
         assert!(!is_drifting(true, 0.0) && !is_drifting(false, 0.0));
         assert!(is_drifting(false, 0.005) && is_drifting(false, -0.005));
+    }
+
+    #[test]
+    fn what_a_hand_moves_late_in_a_log_hides_no_drift() {
+        let pairs: Vec<Pair> = (0..12)
+            .map(|i| {
+                let (speed, part) = (0.4 + 0.6 * (0.618 * i as f64).fract(), 0.41 * i as f64);
+                let (leaves, late) = if i > 9 { (2.5, -0.5) } else { (0.0, 0.0) };
+                let lag = 0.1 + speed / 5.0 + 0.05 * i as f64 + 0.01 * part.fract() + late;
+                Pair::made(i, [speed, 0.0], Point::polar(speed, leaves), lag)
+            })
+            .collect();
+        let found = clock_drift("one.mcap", &pairs, false);
+        assert!(
+            matches!(found, Some(Finding::ClockDrift { rate, .. }) if (rate - 0.05 / 6.0).abs() < 1e-3),
+            "{found:?}"
+        );
     }
 }

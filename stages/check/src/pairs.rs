@@ -17,6 +17,8 @@ pub const WEAKEST: f64 = 0.08;
 /// within it.
 const FARTHEST: f64 = 60.0;
 const STRIKES_OF_ANY_TIME: usize = 200;
+/// Difference of a heading (rad) from the others of the log that is no strike: a box's gain and an arm's scatter together take it half as far.
+const ASTRAY: f64 = 0.7;
 /// Greatest variation of delays from command to motion over a log, in s.
 const WINDOW: f64 = 0.6;
 
@@ -84,6 +86,8 @@ pub struct Pairs {
     pub uncertainty: f64,
     /// Whether the strikes are found by that delay alone.
     pub is_shifted: bool,
+    /// Whether they are found by another rate of the camera's clock alone.
+    pub is_rated: bool,
 }
 
 /// Spread of headings (rad), and its ratio to that at another delay, above which objects were not struck then.
@@ -138,6 +142,13 @@ pub fn pairs(seen: &Seen, slowest: f64) -> Pairs {
         few.then(|| shifted_within(f64::INFINITY)).flatten()
     };
     let shifted = shifted_within(FARTHEST).or_else(of_any_time);
+    if let Some(pairs) = at_another_rate(seen, shifted.as_ref().unwrap_or(&plain)) {
+        return Pairs {
+            pairs,
+            is_rated: true,
+            ..Pairs::default()
+        };
+    }
     let is_shifted = shifted.is_some();
     let mut pairs = shifted.unwrap_or(plain);
     pairs.extend(at_another_time(seen, &pairs));
@@ -153,7 +164,81 @@ pub fn pairs(seen: &Seen, slowest: f64) -> Pairs {
         delay: (is_shifted || is_late).then_some(round(delay)),
         uncertainty: round(uncertainty),
         is_shifted,
+        is_rated: false,
     }
+}
+
+/// Of each pair, whether its object leaves quite elsewhere than most.
+pub(crate) fn are_astray(pairs: &[Pair]) -> Vec<bool> {
+    let turns: Vec<f64> = pairs
+        .iter()
+        .map(|pair| wrapped(pair.heading() - pair.command.angle))
+        .collect();
+    let usual = middle(&turns).map_or(0.0, |(usual, _)| usual);
+    let is_astray = |turn: &f64| wrapped(turn - usual).abs() > ASTRAY;
+    turns.iter().map(is_astray).collect()
+}
+
+/// Pairs by another rate of the camera's clock, where many more objects then leave in good order, and as promptly as tips strike; `known` are those
+/// by the rate as it is.
+fn at_another_rate(seen: &Seen, known: &[Pair]) -> Option<Vec<Pair>> {
+    /// Greatest difference of the rates, the time in s whose commands tell it, and by how much (s) a step of it shifts the last of them.
+    const MOST: f64 = 0.04;
+    const TELLS: f64 = 300.0;
+    const STEP: f64 = 0.3;
+    let in_order = |pairs: &[Pair]| {
+        let astray = are_astray(pairs);
+        astray.iter().filter(|is_astray| !**is_astray).count()
+    };
+    let commands = seen.commands.len();
+    let enough = in_order(known) + FEWEST.max(commands / 10);
+    if enough > commands {
+        return None;
+    }
+    let start = seen.commands[0].rise;
+    // As a camera whose clock is faster by this share would have stamped them.
+    let rated = |rate: f64, count: usize| {
+        let mut rated = seen.clone();
+        rated.commands.truncate(count);
+        for motion in &mut rated.motions {
+            motion.start = start + (motion.start - start) / (1.0 + rate);
+        }
+        rated
+    };
+    let within = |seen: &Seen| {
+        let shift = best_shift(seen, FARTHEST)?;
+        Some(matched(seen, shift, |c| {
+            (c.rise - 0.5 * WINDOW, c.rise + 0.5 * WINDOW)
+        }))
+    };
+    let count = seen.commands.partition_point(|c| c.rise < start + TELLS);
+    let span = seen.commands[count - 1].rise - start;
+    let steps = (MOST * span / STEP).ceil() as i32;
+    let tried = (-steps..=steps).filter_map(|step| {
+        let rate = f64::from(step) * STEP / span;
+        let pairs = within(&rated(rate, count))?;
+        Some((in_order(&pairs), rate, pairs))
+    });
+    let (_, rate, pairs) = tried.max_by_key(|tried| tried.0)?;
+    // What these leave of it is their own line's.
+    let points: Vec<(f64, f64)> = pairs
+        .iter()
+        .map(|p| (p.command.rise - start, p.lag))
+        .collect();
+    let rate = rate + line(&points)?.slope;
+    let rated = rated(rate, commands);
+    let mut pairs = within(&rated)?;
+    if in_order(&pairs) < enough || !is_prompt(&pairs) {
+        return None;
+    }
+    for pair in &mut pairs {
+        let place = rated
+            .motions
+            .partition_point(|m| m.start < pair.motion.start);
+        pair.motion = seen.motions[place];
+        pair.lag = pair.motion.start - pair.command.rise;
+    }
+    Some(pairs)
 }
 
 /// Pairs among the commands and motions that have none yet, where most of these follow at one delay of their own: a clock was set while the log ran.
@@ -319,6 +404,41 @@ mod tests {
         }
         let found = pairs(&seen(0, 0, 2.0), 0.1);
         assert!(found.is_shifted && found.pairs.len() >= 39, "{found:?}");
+    }
+
+    #[test]
+    fn a_camera_whose_clock_is_fast_or_slow_is_one() {
+        for rate in [-0.02, 0.01, 0.03] {
+            let mut seen = seen(0, 40, 0.0);
+            let start = seen.motions[0].start;
+            let mut motions = Vec::new();
+            for (i, motion) in seen.motions.iter().enumerate() {
+                // A hand puts each back, at no regular time.
+                let part = (0.414 * i as f64).fract();
+                let back = MotionSeen {
+                    start: motion.start + 2.0 + 2.0 * part,
+                    velocity: Point::polar(0.1 + 0.2 * part, 2.0 + 2.0 * part),
+                    ..*motion
+                };
+                let struck = MotionSeen {
+                    velocity: motion.velocity * (0.9 + 0.2 * part),
+                    ..*motion
+                };
+                motions.extend([struck, back]);
+            }
+            for motion in &mut motions {
+                motion.start = start + (motion.start - start) * (1.0 + rate);
+            }
+            seen.motions = motions;
+            let found = pairs(&seen, 0.1);
+            assert!(
+                found.is_rated && found.pairs.len() >= 39,
+                "{rate}: {found:?}"
+            );
+            let (first, last) = (found.pairs[0], found.pairs[found.pairs.len() - 1]);
+            let told = (last.lag - first.lag) / (last.command.rise - first.command.rise);
+            assert!((told - rate).abs() < 1e-3, "{rate}: {told}");
+        }
     }
 
     #[test]

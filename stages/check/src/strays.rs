@@ -4,11 +4,8 @@
 //! some commands are another robot's, every motion is another strike's. Headings of one log agree to far less than this.
 
 use crate::finding::Finding;
-use crate::pairs::Pair;
-use crate::statistics::{middle, wrapped};
+use crate::pairs::{Pair, are_astray};
 
-/// Difference of a heading (rad) from the others of the log that is no strike: a box's gain and an arm's scatter together take it half as far.
-const ASTRAY: f64 = 0.7;
 /// Number of strays, and share of all strikes, from which they are told; and the share that makes a model meaningless.
 const FEWEST: usize = 4;
 const TOLD: f64 = 0.08;
@@ -16,16 +13,10 @@ const MANY: f64 = 0.2;
 
 /// The finding of one log's strays; none where there are too few.
 pub(crate) fn findings(pairs: &[Pair], log: &str) -> Option<Finding> {
-    let turns: Vec<f64> = pairs
-        .iter()
-        .map(|pair| wrapped(pair.heading() - pair.command.angle))
-        .collect();
-    let (usual, _) = middle(&turns)?;
-    let is_astray = |turn: &f64| wrapped(turn - usual).abs() > ASTRAY;
     let rises: Vec<f64> = pairs
         .iter()
-        .zip(&turns)
-        .filter(|(_, turn)| is_astray(turn))
+        .zip(are_astray(pairs))
+        .filter(|(_, is_astray)| *is_astray)
         .map(|(pair, _)| pair.command.rise)
         .collect();
     let share = rises.len() as f64 / pairs.len() as f64;

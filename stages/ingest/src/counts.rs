@@ -34,7 +34,7 @@ impl Counts {
         let counts = [
             (
                 self.lost,
-                "frames are lost: the tracker wrote no number, or zero, and they are left out",
+                "frames are lost: the tracker wrote no number, zero, or a place off the table to which no object gets from one frame to the next, and they are left out",
             ),
             (
                 self.repeated,

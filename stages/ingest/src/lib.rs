@@ -23,6 +23,7 @@ mod grazes;
 mod identity;
 mod ingest;
 mod log;
+mod lost;
 mod order;
 mod outcome;
 mod plateau;

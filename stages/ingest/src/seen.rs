@@ -10,6 +10,7 @@ use values::{Point, Rig, Strike, Track};
 use crate::arm::{Meeting, TouchDelay};
 use crate::bounces::{self, Bounce, Hit};
 use crate::episode::{Episode, is_finite, speed};
+use crate::lost::is_out_of_reach;
 use crate::order::{seconds, since};
 use crate::plateau::plateau;
 use crate::robust::{median, median_point, spread};
@@ -23,7 +24,7 @@ pub struct Seen {
     pub motions: Vec<MotionSeen>,
     /// Frames in which the object was seen.
     pub frames: u64,
-    /// Frames in which the object was not seen: without numbers, or at zero, as trackers write that see nothing.
+    /// Frames in which the object was not seen: without numbers, at zero, or where no object gets, as trackers write that see nothing.
     pub lost: u64,
     /// Frames in which the object was seen farther from where the frame before saw it than any object gets.
     #[serde(default)]
@@ -117,10 +118,6 @@ const AWAY_FRAMES: usize = 4;
 const LAUNCH: f64 = 0.1;
 const LAUNCH_FRAMES: usize = 4;
 
-/// Greatest speed of anything on a table, in m/s; and the distance, in m, below which noise may be what moves it.
-const FASTEST: f64 = 15.0;
-const FAR: f64 = 0.03;
-
 /// A tip lets go of an object within this time, in s; speeds are looked at from then on, and this long after it began to move, each over some time.
 const LET_GO: f64 = 0.012;
 const LATER: f64 = 0.07;
@@ -172,11 +169,9 @@ impl Watch {
     /// Takes a finite centroid, in order of stamps.
     pub(crate) fn take(&mut self, sample: &Sample, seen: &mut Seen) {
         let (stamp, point) = (sample.stamp, Point::new(sample.x, sample.y));
-        let jumps = self.before.is_some_and(|(before, place)| {
-            point.distance(place) > FAR.max(FASTEST * since(before, stamp))
-        });
+        let before = self.before.replace((stamp, point));
+        let jumps = before.is_some_and(|before| is_out_of_reach(before, (stamp, point)));
         seen.jumps += u64::from(jumps);
-        self.before = Some((stamp, point));
         if self.last.is_some_and(|last| since(last, stamp) < INTERVAL) {
             return;
         }

@@ -6,7 +6,9 @@
 use std::collections::VecDeque;
 
 use logs::Sample;
-use values::{Command, Conditions, Point, Reject, RejectReason, Rig, Strike, split_of};
+use values::{
+    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Strike, split_of,
+};
 
 use crate::arm::{State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
@@ -14,6 +16,7 @@ use crate::counts::Counts;
 use crate::episode::{EndOfData, Episode, Episodes, Queue};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
+use crate::lost::Lost;
 use crate::order::{ClockSetBack, Ordered, seconds};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
@@ -72,12 +75,6 @@ struct ByState {
     delays: Vec<TouchDelay>,
 }
 
-/// Whether the tracker saw nothing: a place that is no number, or the zeros that some write then.
-fn is_lost(centroid: &Sample) -> bool {
-    let is_zero = centroid.x == 0.0 && centroid.y == 0.0;
-    is_zero || !(centroid.x.is_finite() && centroid.y.is_finite())
-}
-
 pub(crate) struct Segmenter<'a> {
     log: &'a str,
     rig: &'a Rig,
@@ -90,6 +87,7 @@ pub(crate) struct Segmenter<'a> {
     waiting: Queue,
     centroids: VecDeque<Sample>,
     extras: Extras,
+    lost: Lost,
     watch: Watch,
     breaks: Breaks,
     pushes: Pushes,
@@ -133,6 +131,7 @@ impl<'a> Segmenter<'a> {
             waiting: Queue::default(),
             centroids: VecDeque::new(),
             extras: Extras::default(),
+            lost: Lost::default(),
             watch: Watch::new(rig),
             breaks: Breaks::new(rig, rig.camera.noise),
             pushes: Pushes::new(rig),
@@ -243,9 +242,10 @@ impl<'a> Segmenter<'a> {
             _ => {}
         }
         self.last_centroid = Some(sample.stamp);
-        if is_lost(&sample) {
-            self.counts.lost += 1;
-        } else {
+        let mut seen = Vec::new();
+        let lost = self.lost.take(sample, self.rig, |sample| seen.push(sample));
+        self.counts.lost += lost as u64;
+        for sample in seen {
             self.found.seen.frames += 1;
             self.watch.take(&sample, &mut self.found.seen);
             self.breaks.see(&sample);
@@ -597,6 +597,7 @@ impl<'a> Segmenter<'a> {
             }
         }
         self.centroids.clear();
+        self.lost = Lost::default();
         self.watch = Watch::new(self.rig);
         self.breaks = Breaks::new(self.rig, self.rig.camera.noise);
         self.pushes = Pushes::new(self.rig);
@@ -735,7 +736,11 @@ impl<'a> Segmenter<'a> {
             self.found.seen.delays = self.extras.take_delays();
         } else {
             self.found.seen.is_by_state = true;
-            self.found.notes.push("no command is logged: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named".into());
+            let why = match self.rig.frames.command {
+                CommandFrame::Tool => "commands in the tool's frame tell no direction",
+                _ => "no command is logged",
+            };
+            self.found.notes.push(format!("{why}: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named"));
         }
         self.found.notes.extend(self.counts.notes());
         if !self.is_touched {

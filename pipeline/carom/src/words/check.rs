@@ -252,13 +252,25 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "the clock of the camera or of the arm was set while the log ran, or the tip starts farther away",
             "have both machines keep one time (NTP, PTP) before a log begins; cut this log there, and state `[frames] camera_delay` for the part that is late".into(),
         ),
-        Finding::ClockDrift { log, rate, drifted } => said(
+        Finding::ClockDrift {
+            log,
+            rate,
+            drifted,
+            certain,
+        } => said(
             format!(
                 "{log}: the time from command to motion changes by {:.2} ms a minute, {:.0} ms over the log",
                 rate * 60e3,
                 drifted * 1e3
             ),
-            "the camera's clock and the arm's run at different rates",
+            &match certain {
+                true => format!(
+                    "the camera's clock runs {:.1} % {} than the arm's, or stamps are counted from frames at a rate that is not the camera's",
+                    rate.abs() * 100.0,
+                    if *rate < 0.0 { "slower" } else { "faster" }
+                ),
+                false => "the camera's clock and the arm's run at different rates".into(),
+            },
             "set both by one clock (NTP, PTP) while recording".into(),
         ),
         Finding::NothingMoves {
@@ -285,7 +297,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "commands and centroids are not of one session, or their clocks do not run alike",
             "look at both topics in a viewer, and record them into one log".into(),
         ),
-        Finding::EncoderDelay { delay } => {
+        Finding::EncoderDelay { delay, .. } => {
             let [seconds, error] = delay.seconds;
             let side = if seconds < 0.0 { "before" } else { "after" };
             said(
@@ -486,13 +498,32 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             ratio,
             strikes,
             topic,
-        } => said(
-            format!(
-                "objects leave at {ratio:.2} times the commanded speed, in the middle of {strikes} strikes; an impact gives 2 at the most"
-            ),
-            "centroids and commands are not in one unit, or the clocks do not run alike",
-            format!("give {topic} in m and the commands in m/s"),
-        ),
+        } => {
+            /// Ratios of speeds that impacts give.
+            const GIVEN: std::ops::Range<f64> = 0.4..2.3;
+            let command = &rig.topics.command.name;
+            let unit = [("mm", 1e3), ("cm", 1e2)].into_iter().find_map(|(unit, in_a_metre)| {
+                if GIVEN.contains(&(ratio * in_a_metre)) {
+                    Some((format!("the commands are in {unit}/s"), format!("give {command} in m/s")))
+                } else if GIVEN.contains(&(ratio / in_a_metre)) {
+                    Some((format!("the centroids are in {unit}"), format!("give {topic} in m")))
+                } else {
+                    None
+                }
+            });
+            let (likely, mend) = unit.unwrap_or_else(|| (
+                "centroids and commands are not in one unit, or the clocks do not run alike".into(),
+                format!("give {topic} in m and {command} in m/s"),
+            ));
+            said(
+                format!(
+                    "objects leave at {} times the commanded speed, in the middle of {strikes} strikes; an impact gives 2 at the most",
+                    significant(*ratio)
+                ),
+                &likely,
+                mend,
+            )
+        }
         Finding::OutsideLimits {
             commanded,
             limit,
