@@ -23,9 +23,9 @@ LOGS = {
     "JPEG 1280 × 720 and point clouds of 60 MB": (1280, 720, 12, "jpeg", 1, PLAIN, 60_000_000),
     "JPEG 1280 × 720 and point clouds of 1 MB, chunks of 60 MB": (1280, 720, 150, "jpeg", 60_000_000, PLAIN, 1_000_000),
     "raw 4600 × 3450": (4600, 3450, 6, "rgb8", 1, PLAIN, 0),
-    "JPEG 7300 × 4200, nearly the largest that is read": (7300, 4200, 6, "jpeg", 1, PLAIN, 0),
-    "progressive JPEG 4800 × 3200": (4800, 3200, 6, "progressive", 1, PLAIN, 0),
-    "PNG 5200 × 3000": (5200, 3000, 4, "png", 1, PLAIN, 0),
+    "JPEG 7000 × 4150, nearly the largest that is read": (7000, 4150, 6, "jpeg", 1, PLAIN, 0),
+    "progressive JPEG 4600 × 3000": (4600, 3000, 6, "progressive", 1, PLAIN, 0),
+    "PNG 4400 × 2500": (4400, 2500, 4, "png", 1, PLAIN, 0),
 }
 RIG = """[object]
 shape = "cylinder"

@@ -12,7 +12,7 @@ use zune_jpeg::errors::DecodeErrors;
 use crate::image::{Image, check_room, checked_size};
 use crate::jpeg::{ScanCheck, with_codes};
 use crate::message::Payload;
-use crate::size::LARGEST_IMAGE;
+use crate::size::{LARGEST_IMAGE, MOST_WAITING};
 use crate::video::Video;
 use crate::{ImageError, ImageMessage};
 
@@ -98,6 +98,14 @@ pub(crate) fn size(message: &ImageMessage<'_>) -> Option<[usize; 2]> {
     checked_size(width, height).ok()
 }
 
+/// Bytes that a message takes: where it waits, the log's reader, the queue and the decoder have it.
+fn held(message: &[u8]) -> usize {
+    match message.len() {
+        bytes if bytes > MOST_WAITING => bytes,
+        bytes => 3 * bytes,
+    }
+}
+
 /// Bytes of pixels that are given back before the next image is looked at.
 const LARGE: usize = 64 << 20;
 
@@ -131,7 +139,7 @@ fn jpeg(image: &mut Image, scans: &mut ScanCheck, data: &[u8]) -> Result<(), Ima
     }
     let checked = scans.check(data);
     checked.map_err(|why| ImageError::Compressed("JPEG", why.into()))?;
-    check_room([width, height], data.len() + scans.coefficient_bytes())?;
+    check_room([width, height], held(data) + scans.coefficient_bytes())?;
     image.resize(width as u64, height as u64)?;
     image.grey = info.components == 1;
     decoder.decode_into(&mut image.rgb).map_err(wrong)
@@ -152,7 +160,7 @@ fn png(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), Imag
     let (width, height) = reader.info().size();
     let pixels = checked_size(width.into(), height.into())?;
     let size = reader.output_buffer_size().unwrap_or_default();
-    check_room(pixels, size)?;
+    check_room(pixels, held(data) + size)?;
     scratch.resize(size, 0);
     let frame = reader.next_frame(scratch).map_err(wrong)?;
     let channels = frame.color_type.samples();
@@ -173,7 +181,7 @@ fn webp(image: &mut Image, scratch: &mut Vec<u8>, data: &[u8]) -> Result<(), Ima
     let (width, height) = decoder.dimensions();
     let pixels = checked_size(width.into(), height.into())?;
     let size = decoder.output_buffer_size().unwrap_or_default();
-    check_room(pixels, size)?;
+    check_room(pixels, held(data) + size)?;
     scratch.resize(size, 0);
     decoder.read_image(scratch).map_err(wrong)?;
     let (encoding, bytes) = if decoder.has_alpha() {
@@ -219,7 +227,7 @@ fn raw(
             bytes: data.len(),
         });
     }
-    check_room([width, height], data.len())?;
+    check_room([width, height], held(data))?;
     image.resize(width as u64, height as u64)?;
     image.grey = matches!(format, Format::Mono(..));
     if let Format::Bayer { red, bytes } = format {

@@ -13,10 +13,10 @@ use rayon::{ScopeFifo, Yield};
 use crate::frame::{TrackedFrame, track_frame};
 use crate::learned::Learned;
 use crate::message::is_video;
+use crate::size::MOST_WAITING;
 use crate::{Decoder, Tracker};
 
-/// Bytes, messages and images that wait at the most: enough for the threads, and little memory.
-const MOST_BYTES: usize = 12 << 20;
+/// Messages and images that wait at the most: enough for the threads, and little memory.
 const MOST_MESSAGES: usize = 4096;
 const MOST_IMAGES: usize = 32;
 /// Bytes that the pixels of these images take at the most, unless one takes more.
@@ -111,7 +111,7 @@ impl<'s, 'scope> MessageQueue<'s, 'scope> {
     pub(crate) fn add_image(&mut self, image: &RawMessage<'_>) {
         let (log_time, frames) = (image.log_time, self.frames);
         let is_video = is_video(&image.channel.schema);
-        let (message, bytes) = if is_video || image.data.len() > MOST_BYTES {
+        let (message, bytes) = if is_video || image.data.len() > MOST_WAITING {
             let frame = if is_video {
                 frames.track(&mut self.decoder, image)
             } else {
@@ -142,7 +142,7 @@ impl<'s, 'scope> MessageQueue<'s, 'scope> {
 
     /// The first message, where the queue is full.
     pub(crate) fn next_if_full(&mut self) -> Option<Processed> {
-        let is_full = self.bytes > MOST_BYTES
+        let is_full = self.bytes > MOST_WAITING
             || self.queued.len() > MOST_MESSAGES
             || self.images >= self.most_images;
         if is_full { self.next() } else { None }

@@ -6,6 +6,9 @@ pub(crate) const MOST_BYTES: usize = 95_500_000;
 /// Most pixels of an image.
 pub const LARGEST_IMAGE: usize = MOST_BYTES / 3;
 
+/// Bytes of messages that wait in a queue at the most.
+pub(crate) const MOST_WAITING: usize = 12 << 20;
+
 /// All bytes of a pixel at or over this are glare.
 pub(crate) const GLARE: u8 = 245;
 
