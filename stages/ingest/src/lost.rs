@@ -1,6 +1,6 @@
 //! Frames in which the tracker saw nothing: without a number, at zero, or at a place off the table to which no object gets.
 //!
-//! Trackers write a place of their own where they see nothing, such as (-1, -1): off the table, the same to the last digit, and farther from
+//! Trackers write a place of their own where they see nothing, such as (-1, -1): off the table, again and again the same to the last digit, and farther from
 //! where the object was, and is next, than anything gets from one frame to the next.
 
 use logs::Sample;
@@ -24,6 +24,8 @@ pub(crate) fn is_out_of_reach(one: (i64, Point), other: (i64, Point)) -> bool {
 pub(crate) struct Lost {
     /// Frames off the table, at one place, of which the next one at another tells.
     held: Vec<Sample>,
+    /// Where the tracker last wrote a place off the table that no object gets to.
+    nowhere: Option<Point>,
     /// The last frame in which the object was seen.
     last: Option<Sample>,
 }
@@ -45,8 +47,13 @@ impl Lost {
                 return 0;
             }
             if is_on(&sample) && jumps(held) {
-                lost = self.held.len();
-                self.held.clear();
+                let at = Some(place(held));
+                // One frame alone is a stray one.
+                if self.held.len() > 1 || self.nowhere == at {
+                    lost = self.held.len();
+                    self.held.clear();
+                }
+                self.nowhere = at;
             }
             self.last = self.held.last().copied().or(self.last);
             self.held.drain(..).for_each(&mut see);
@@ -95,7 +102,7 @@ mod tests {
             counts(&[at(0.3), nowhere, nowhere, at(0.31), at(0.32)]),
             (2, 3)
         );
-        // From the first frame on, and where no number comes in between.
+        // One alone is a stray frame, until it comes again; so where no number comes in between.
         let mixed = [
             nowhere,
             at(0.3),
@@ -104,7 +111,9 @@ mod tests {
             [9999.0; 2],
             at(0.3),
         ];
-        assert_eq!(counts(&mixed), (4, 2));
+        assert_eq!(counts(&mixed), (3, 3));
+        let again = [at(0.3), nowhere, at(0.3), nowhere, at(0.3)];
+        assert_eq!(counts(&again), (1, 4));
         assert_eq!(counts(&[at(0.3), [0.0; 2], at(0.3)]), (1, 2));
     }
 
