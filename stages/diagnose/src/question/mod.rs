@@ -43,11 +43,8 @@ use self::{
 };
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
-/// Ratio to the scatter of repeats below which motion of stops is of no account: it adds less than 5 % to a stop's error.
+/// Ratio to the scatter of repeats below which motion of stops is no gap: it adds less than 5 % to a stop's error.
 pub(crate) const LITTLE: f64 = 1.0 / 3.0;
-/// How far a finding moves stops at the least to be a gap, over what repeats scatter by: half of it makes a miss an eighth longer, and of a few dozen
-/// strikes chance alone makes as much.
-const NO_GAP: f64 = 0.5;
 /// Least share of the strikes' variance that is taken for that of repeats, whatever else is found in it.
 const LEAST_FLOOR: f64 = 0.1;
 /// Covariates that come from before the strike, not from its own command.
@@ -157,7 +154,7 @@ impl Answer {
         let is_of_contact = matches!(finding.what, What::Column(column) if column.is_of_launch());
         match self.is_box && is_of_contact && finding.covariate == "angle" {
             true => 1.0,
-            false => NO_GAP,
+            false => LITTLE,
         }
     }
 
