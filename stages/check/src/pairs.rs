@@ -213,6 +213,9 @@ fn at_another_rate(seen: &Seen, known: &[Pair]) -> Option<Vec<Pair>> {
     };
     let count = seen.commands.partition_point(|c| c.rise < start + TELLS);
     let span = seen.commands[count - 1].rise - start;
+    if span <= 0.0 {
+        return None;
+    }
     let steps = (MOST * span / STEP).ceil() as i32;
     let tried = (-steps..=steps).filter_map(|step| {
         let rate = f64::from(step) * STEP / span;

@@ -66,6 +66,11 @@ impl Lost {
         }
         lost
     }
+
+    /// Number of the frames at the end of the data that no later one told of: off the table, where no object gets.
+    pub(crate) fn finish(self) -> usize {
+        self.held.len()
+    }
 }
 
 fn place(sample: &Sample) -> Point {
@@ -91,7 +96,7 @@ mod tests {
             unseen += lost.take(sample, &rig, |sample| seen.push(sample.stamp));
         }
         assert!(seen.is_sorted());
-        (unseen, seen.len())
+        (unseen + lost.finish(), seen.len())
     }
 
     #[test]
@@ -115,6 +120,8 @@ mod tests {
         let again = [at(0.3), nowhere, at(0.3), nowhere, at(0.3)];
         assert_eq!(counts(&again), (1, 4));
         assert_eq!(counts(&[at(0.3), [0.0; 2], at(0.3)]), (1, 2));
+        // Nor is one lost without a word where the log ends with it.
+        assert_eq!(counts(&[at(0.3), nowhere, nowhere]), (2, 1));
     }
 
     #[test]

@@ -597,7 +597,7 @@ impl<'a> Segmenter<'a> {
             }
         }
         self.centroids.clear();
-        self.lost = Lost::default();
+        self.counts.lost += std::mem::take(&mut self.lost).finish() as u64;
         self.watch = Watch::new(self.rig);
         self.breaks = Breaks::new(self.rig, self.rig.camera.noise);
         self.pushes = Pushes::new(self.rig);
