@@ -7,7 +7,10 @@ import sys
 
 import cv2
 import numpy as np
+from av import VideoFrame
 from mcap.writer import CompressionType, Writer
+
+from video import Encoder
 
 PLAIN, ZSTD = CompressionType.NONE, CompressionType.ZSTD
 # Width, height, frames, encoding, bytes of a chunk, its compression, and bytes of a message of another topic behind each frame.
@@ -26,6 +29,9 @@ LOGS = {
     "JPEG 7000 × 4150, nearly the largest that is read": (7000, 4150, 6, "jpeg", 1, PLAIN, 0),
     "progressive JPEG 4600 × 3000": (4600, 3000, 6, "progressive", 1, PLAIN, 0),
     "PNG 4400 × 2500": (4400, 2500, 4, "png", 1, PLAIN, 0),
+    "H.264 3840 × 2160, 1 reference image": (3840, 2160, 24, "h264:1", 1, PLAIN, 0),
+    "H.264 2560 × 1440, 6 reference images": (2560, 1440, 24, "h264:6", 1, PLAIN, 0),
+    "H.264 1920 × 1080, 14 reference images": (1920, 1080, 40, "h264:14", 1, PLAIN, 0),
 }
 RIG = """[object]
 shape = "cylinder"
@@ -81,12 +87,15 @@ def main():
     focal = 0.9 * width
     (folder / "rig.toml").write_text(RIG.format(f=focal, x=width / 2, y=height / 2))
     is_raw = encoding == "rgb8"
+    encoding, _, references = encoding.partition(":")
+    video = Encoder(width, height, frames, int(references)) if references else None
     rng = np.random.default_rng(1)
     table = (150 + 2 * rng.normal(size=(height, width, 3))).clip(0, 255).astype(np.uint8)
     with open(folder / "log.mcap", "wb") as file:
         writer = Writer(file, chunk_size=chunk, compression=compression)
         writer.start()
-        schema = writer.register_schema(f"sensor_msgs/msg/{'Image' if is_raw else 'CompressedImage'}", "ros2msg", b"")
+        kind = "foxglove_msgs/msg/CompressedVideo" if video else f"sensor_msgs/msg/{'Image' if is_raw else 'CompressedImage'}"
+        schema = writer.register_schema(kind, "ros2msg", b"")
         images = writer.register_channel("/camera/image", "cdr", schema)
         clouds = writer.register_channel("/points", "cdr", writer.register_schema("sensor_msgs/msg/PointCloud2", "ros2msg", b""))
         for number in range(frames):
@@ -97,6 +106,8 @@ def main():
             begin = (*divmod(stamp, 1_000_000_000), "camera")
             if is_raw:
                 data = cdr(*begin, height, width, "rgb8", False, 3 * width, image[..., ::-1].tobytes())
+            elif video:
+                data = cdr(*begin, video.add(VideoFrame.from_ndarray(image, format="bgr24")), "h264")
             else:
                 words = [cv2.IMWRITE_JPEG_QUALITY, 90, cv2.IMWRITE_JPEG_PROGRESSIVE, int(encoding == "progressive")]
                 kind, words = ("png", []) if encoding == "png" else ("jpg", words)

@@ -20,6 +20,16 @@ pub enum ImageError {
         bytes: usize,
     },
     #[error(
+        "its decoder takes {} MB for {width} × {height} pixels with {references} reference images, and at most {} MB may be taken: record smaller \
+         images, or with fewer reference images (x264: --ref 1)", bytes / 1_000_000, MOST_BYTES / 1_000_000
+    )]
+    VideoMemory {
+        width: usize,
+        height: usize,
+        references: usize,
+        bytes: usize,
+    },
+    #[error(
         "its {height} rows of {step} bytes do not fit a width of {width} pixels of {pixel} bytes in {bytes} bytes"
     )]
     Rows {
