@@ -1,5 +1,7 @@
 //! What came of a hard set, and what repeats of its commands really scatter by.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rig::{Sim, StrikeTruth};
 use serde::{Deserialize, Serialize};
 use values::Point;
@@ -21,6 +23,9 @@ pub struct HardOutcome {
     pub covered: Vec<Covered>,
     /// What repeats of its commands really scatter by, in m.
     pub repeats: Option<f64>,
+    /// The same of as many repeats as the set has strikes, drawn from all: the floor of whoever knows what each command does in the mean.
+    #[serde(default)]
+    pub few_repeats: Option<f64>,
 }
 
 impl HardOutcome {
@@ -50,6 +55,11 @@ impl HardOutcome {
         let (strikes, _, after, floor) = self.answer.gap;
         let repeats = self.repeats.filter(|_| strikes > 0)?;
         Some((floor / repeats, after / repeats))
+    }
+
+    /// Whether a floor is within a fifth of what repeats really scatter by; none where either is not known.
+    pub fn floor_is_right(&self, floor: Option<f64>) -> Option<bool> {
+        Some((0.8..=1.2).contains(&(floor? / self.repeats?)))
     }
 
     /// Whether more effects were named than there are names for what is hidden.
@@ -103,6 +113,7 @@ pub fn run_hard(case: &HardCase) -> HardOutcome {
         answer: Answer::none("impossible".into()),
         covered: Vec::new(),
         repeats: None,
+        few_repeats: None,
     };
     let Some((drawn, done)) = diagnosed_hard(case) else {
         return outcome;
@@ -111,7 +122,7 @@ pub fn run_hard(case: &HardCase) -> HardOutcome {
         Err(error) => outcome.answer = Answer::none(format!("error: {error}")),
         Ok(done) => {
             outcome.answer = Answer::of(&done.found, done.seconds);
-            outcome.repeats = repeats(&drawn, &done.really);
+            (outcome.repeats, outcome.few_repeats) = repeats(&drawn, &done.really).unzip();
             outcome.covered = covered(&drawn.hidden, false, &done);
         }
     }
@@ -127,8 +138,8 @@ const SETTLED: f64 = 0.1;
 const FRAMES: usize = 5;
 
 /// Root mean square distance of measured stops from their command's mean, in m: all noise of the set but a wander, which repeats of one hour
-/// do not show. None where hardly a stop is seen.
-pub(super) fn repeats(drawn: &Drawn, really: &[StrikeTruth]) -> Option<f64> {
+/// do not show; and that of as many, drawn from them, as the set has strikes. None where hardly a stop is seen.
+pub(super) fn repeats(drawn: &Drawn, really: &[StrikeTruth]) -> Option<(f64, f64)> {
     let mut truth = drawn.truth.clone();
     truth
         .noise
@@ -143,7 +154,9 @@ pub(super) fn repeats(drawn: &Drawn, really: &[StrikeTruth]) -> Option<f64> {
         .collect::<Result<_, _>>()
         .ok()?;
     let step = really.len().div_ceil(COMMANDS).max(1);
-    let (mut squares, mut freedom) = (0.0, 0.0);
+    // Squared distances, each as large as if the command's mean were known.
+    let mut squares = Vec::new();
+    let mut freedom = 0.0;
     for strike in really.iter().step_by(step) {
         let stops: Vec<Point> = sims.iter().filter_map(|sim| again(sim, strike)).collect();
         if stops.len() < 2 {
@@ -151,10 +164,18 @@ pub(super) fn repeats(drawn: &Drawn, really: &[StrikeTruth]) -> Option<f64> {
         }
         let sum = stops.iter().fold(Point::default(), |sum, stop| sum + *stop);
         let mean = sum * (1.0 / stops.len() as f64);
-        squares += stops.iter().map(|s| s.distance(mean).powi(2)).sum::<f64>();
+        let one = stops.len() as f64 / (stops.len() as f64 - 1.0);
+        squares.extend(stops.iter().map(|s| one * s.distance(mean).powi(2)));
         freedom += stops.len() as f64 - 1.0;
     }
-    (freedom > 20.0).then(|| (squares / freedom).sqrt())
+    let root_mean = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    (freedom > 20.0).then(|| {
+        let few = really
+            .iter()
+            .map(|_| squares[random.random_range(..squares.len())]);
+        (root_mean(&squares), root_mean(&few.collect::<Vec<_>>()))
+    })
 }
 
 /// Where the camera reports that the same strike stops: the median of its frames at rest, in m.

@@ -6,6 +6,10 @@ use super::design::Design;
 use super::kind::HardKind;
 use super::outcome::HardOutcome;
 
+fn hides(outcome: &HardOutcome) -> bool {
+    !outcome.hidden().is_empty()
+}
+
 /// Verdicts that describe a random walk of friction: it is noise, and a drift as well.
 fn describes_a_wander(outcome: &HardOutcome) -> bool {
     let answer = &outcome.answer;
@@ -28,7 +32,9 @@ pub(super) fn figures(made: &[&HardOutcome]) -> Vec<Figure> {
     let by_name = HardOutcome::is_right_by_name;
     let wrong = |o: &HardOutcome| !o.is_right();
     let named = |o: &HardOutcome| o.case.kind.listed() == HardKind::Single;
-    let floor_is_right = |o: &HardOutcome| matches!(o.over_repeats(), Some((floor, _)) if (0.8..=1.2).contains(&floor));
+    let many = |o: &HardOutcome| o.drawn.as_ref().is_some_and(|drawn| drawn.strikes() > 60);
+    let stated = |o: &HardOutcome| o.floor_is_right((o.answer.gap.0 > 0).then_some(o.answer.gap.3));
+    let known_mean = |o: &HardOutcome| o.floor_is_right(o.few_repeats);
     let covered: Vec<&Covered> = made.iter().flat_map(|o| &o.covered).collect();
     let mut figures = vec![
         figure(
@@ -114,10 +120,23 @@ pub(super) fn figures(made: &[&HardOutcome]) -> Vec<Figure> {
         figure(
             "noise floor within ± 20 % of true repeats, where something is hidden",
             "≥ 90 %",
-            count(
-                &|o| !o.hidden().is_empty() && o.over_repeats().is_some(),
-                &floor_is_right,
-            ),
+            count(&|o| hides(o) && stated(o).is_some(), &|o| {
+                stated(o) == Some(true)
+            }),
+        ),
+        figure(
+            "of these, sets of more than 60 strikes",
+            "",
+            count(&|o| hides(o) && many(o) && stated(o).is_some(), &|o| {
+                stated(o) == Some(true)
+            }),
+        ),
+        figure(
+            "the floor of as many strikes by whoever knows what each command does in the mean",
+            "",
+            count(&|o| hides(o) && known_mean(o).is_some(), &|o| {
+                known_mean(o) == Some(true)
+            }),
         ),
     ];
     figures.extend(coverage::figures(&covered));
@@ -142,7 +161,6 @@ pub(super) fn ratios(made: &[&HardOutcome]) -> Vec<(&'static str, &'static str, 
         let kept = made.iter().filter(|o| keep(o));
         spread(kept.filter_map(|o| o.over_repeats()).map(pick).collect())
     };
-    let hides = |o: &HardOutcome| !o.hidden().is_empty();
     let mut rows = vec![
         (
             "noise floor over true repeats, nothing hidden: median [10 %, 90 %]",
