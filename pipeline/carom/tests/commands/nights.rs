@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
-use rig::{RecordingWriter, Sim, Truth};
+use rig::{Hidden, RecordingWriter, Sim, Truth};
 use values::{Command, Point, Shape};
 
 use crate::fixture::{carom, done, json};
@@ -91,9 +91,11 @@ struct Lab {
 }
 
 impl Lab {
+    /// Of a table that leans: the demo's whole mixture takes each night's diagnosis several times as long.
     fn new() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        let truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
+        let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
+        truth.hidden = Hidden::parse(&["table_tilt"]).expect("an effect");
         fs::create_dir(folder.path().join("logs")).expect("a folder");
         fs::write(folder.path().join("rig.toml"), truth.rig.to_toml()).expect("written");
         Self { truth, folder }
