@@ -529,9 +529,10 @@ impl<'a> Segmenter<'a> {
             delays,
         } = if is_touched {
             self.is_touched = true;
-            // Those that a touch shows are no idle ones.
+            // Those that a touch shows are no idle ones, and from rest to rest hardly one of an object that moves is seen.
+            let motions = self.counts.idle_motions as usize + untouched.strikes.len();
             let seen = touched.strikes.len() + touched.rejects.len();
-            self.counts.idle_motions += untouched.strikes.len().saturating_sub(seen) as u64;
+            self.counts.idle_motions = motions.saturating_sub(seen) as u64;
             self.found.notes.extend(camera_delay.map(|delay| {
                 format!(
                     "the camera's stamps lie {:.1} ms behind the arm's, by {} touches: the tip is looked up so much earlier",
