@@ -160,18 +160,25 @@ impl Breaks {
         let Some(split) = self.split() else {
             return;
         };
-        let all: Vec<(f64, Point)> = self
-            .frames
-            .iter()
-            .map(|(stamp, point)| (since(self.frames[split].0, *stamp), *point))
-            .collect();
-        match self.broken(self.frames[split].0, &all[..split], &all[split..]) {
-            Some((misfit, found)) => {
-                if self.best.is_none_or(|(least, _)| misfit < least) {
-                    self.best = Some((misfit, found));
-                }
+        // Where frames come a little sooner or later than before, the newest may leave out the moment before this one.
+        let parted = |at: usize| {
+            let first = self.frames[at].0;
+            let all: Vec<(f64, Point)> = self
+                .frames
+                .iter()
+                .map(|(stamp, point)| (since(first, *stamp), *point))
+                .collect();
+            self.broken(first, &all[..at], &all[at..])
+        };
+        let found = parted(split);
+        let skipped = found.and_then(|_| parted(split - 1));
+        if found.is_none() {
+            self.settle();
+        }
+        for (misfit, found) in skipped.into_iter().chain(found) {
+            if self.best.is_none_or(|(least, _)| misfit < least) {
+                self.best = Some((misfit, found));
             }
-            None => self.settle(),
         }
         if self.flight.frames.len() > MOST_FRAMES {
             self.pause();
@@ -209,6 +216,9 @@ impl Breaks {
         before: &[(f64, Point)],
         after: &[(f64, Point)],
     ) -> Option<(f64, Break)> {
+        if before.len() < FRAMES {
+            return None;
+        }
         // As long before as after.
         let span = after.last()?.0 - after[0].0;
         let from = before.partition_point(|(t, _)| *t < before[before.len() - 1].0 - 1.01 * span);

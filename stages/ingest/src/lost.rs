@@ -1,7 +1,6 @@
-//! Frames in which the tracker saw nothing: without a number, at zero, at a place off the table to which no object gets, or at the last one again while the
-//! object moved on.
+//! Frames in which the tracker saw nothing: without a number, at zero, at a place to which no object gets, or at the last one again while the object moved on.
 //!
-//! Trackers write a place of their own where they see nothing, such as (-1, -1): off the table, again and again the same to the last digit, and farther from
+//! Trackers write a place of their own where they see nothing, such as (-1, -1), or the image's middle: again and again the same to the last digit, and farther from
 //! where the object was, and is next, than anything gets from one frame to the next. Others write the last place again.
 
 use std::collections::{HashSet, VecDeque};
@@ -39,7 +38,7 @@ impl Lost {
         lost + stale
     }
 
-    /// Number of the frames at the end of the data that no later one told of: off the table, where no object gets, or at the last place again.
+    /// Number of the frames at the end of the data that no later one told of: where no object gets, or at the last place again.
     pub(crate) fn finish(self) -> usize {
         self.nowhere.held.len() + self.stale.held.len()
     }
@@ -48,9 +47,9 @@ impl Lost {
 /// Places that no object gets to.
 #[derive(Default)]
 struct Nowhere {
-    /// Frames off the table, at one place, of which the next one at another tells.
+    /// Frames at one place to which no object gets, or from off the table, of which the next one at another tells.
     held: Vec<Sample>,
-    /// Where the tracker last wrote a place off the table that no object gets to.
+    /// Where the tracker last wrote a place that no object gets to.
     nowhere: Option<Point>,
     /// The last frame in which the object was seen.
     last: Option<Sample>,
@@ -83,7 +82,8 @@ impl Nowhere {
             self.last = self.held.last().copied().or(self.last);
             self.held.drain(..).for_each(&mut see);
         }
-        if !is_on(&sample) && self.last.is_none_or(|last| is_on(&last) && jumps(&last)) {
+        let jumps_off = self.last.map(|last| is_on(&last) && jumps(&last));
+        if jumps_off.unwrap_or_else(|| !is_on(&sample)) {
             self.held.push(sample);
         } else {
             self.last = Some(sample);
@@ -227,6 +227,14 @@ mod tests {
         let again = [at(0.3), nowhere, at(0.3), nowhere, at(0.3)];
         assert_eq!(counts(&again), (1, 4));
         assert_eq!(counts(&[at(0.3), [0.0; 2], at(0.3)]), (1, 2));
+        // On the table, too, be it the image's middle; a hand is as fast once, and what it put down is seen there.
+        let middle = [0.5, 0.0];
+        assert_eq!(
+            counts(&[at(0.3), middle, middle, at(0.31), middle, at(0.32)]),
+            (3, 3)
+        );
+        let put = [at(0.3), middle, middle, [0.501, 0.0], [0.5, 0.0]];
+        assert_eq!(counts(&put), (0, 5));
         // Nor is one lost without a word where the log ends with it.
         assert_eq!(counts(&[at(0.3), nowhere, nowhere]), (2, 1));
     }
