@@ -24,8 +24,10 @@ const SCALE: f64 = 0.1;
 const AWAY: f64 = 0.03;
 const RADII: f64 = 0.004;
 const SURE: f64 = 4.0;
-/// Distance in m of the frames' origins from which it is told.
+/// Distance in m of the frames' origins from which it is told; where the directions of the pushes are seen, nothing of a tip that meets objects aside is
+/// in it.
 const ORIGINS: f64 = 0.015;
+const ORIGINS_BY_PUSHES: f64 = 0.01;
 /// Turn in rad of the frames about one another from which it is told.
 const TOLD_TURN: f64 = 0.05;
 /// Robust deviations from which a place is astray.
@@ -201,7 +203,11 @@ impl Origins {
             sum + (m.tip.rotated(turn) + by - m.tip) * share
         });
         let is_sure = (2..4).any(|i| values[i].abs() > SURE * errors[i]);
-        let is_told = by.norm() > ORIGINS && is_sure || turn != 0.0;
+        let least = match meetings.iter().all(|m| m.pushed.is_some()) {
+            true => ORIGINS_BY_PUSHES,
+            false => ORIGINS,
+        };
+        let is_told = by.norm() > least && is_sure || turn != 0.0;
         (spread < AGREE && is_told).then_some(Self {
             by,
             turn,
