@@ -119,6 +119,8 @@ pub(crate) struct Breaks {
     frames: VecDeque<(i64, Point)>,
     /// Centroids of the last while, in which a rest before a break would show.
     recent: VecDeque<Sample>,
+    /// Stamp of the first frame after the last moment that was looked at.
+    asked: i64,
     /// The best of the moments in a row that look like a break, and how badly its lines fit.
     best: Option<(f64, Break)>,
     flight: Flight,
@@ -136,6 +138,7 @@ impl Breaks {
             reach: rig.object.solid.reach() + rig.striker.radius + NEAR_TIP,
             frames: VecDeque::new(),
             recent: VecDeque::new(),
+            asked: i64::MAX,
             best: None,
             flight: Flight::default(),
             ended: VecDeque::new(),
@@ -160,7 +163,7 @@ impl Breaks {
         let Some(split) = self.split() else {
             return;
         };
-        // Where frames come a little sooner or later than before, the newest may leave out the moment before this one.
+        // Where frames come a little sooner or later than before, the newest leave out moments before this one.
         let parted = |at: usize| {
             let first = self.frames[at].0;
             let all: Vec<(f64, Point)> = self
@@ -170,11 +173,19 @@ impl Breaks {
                 .collect();
             self.broken(first, &all[..at], &all[at..])
         };
-        let [skipped, found] = [split - 1, split].map(parted);
-        self.weigh(skipped);
-        match found {
-            Some(_) => self.weigh(found),
-            None => self.settle(),
+        let asked = self.frames.partition_point(|frame| frame.0 <= self.asked);
+        let from = asked.min(split);
+        let found: Vec<Option<(f64, Break)>> = (from..=split).map(parted).collect();
+        self.asked = self.frames[split].0;
+        for found in found {
+            match found {
+                Some((misfit, found)) => {
+                    if self.best.is_none_or(|(least, _)| misfit < least) {
+                        self.best = Some((misfit, found));
+                    }
+                }
+                None => self.settle(),
+            }
         }
         if self.flight.frames.len() > MOST_FRAMES {
             self.pause();
@@ -189,18 +200,6 @@ impl Breaks {
         while before > FRAMES && since(self.frames[1].0, last) > 1.5 * span {
             self.frames.pop_front();
             before -= 1;
-        }
-    }
-
-    /// Keeps the best of the moments in a row that look like a break, after the last break.
-    fn weigh(&mut self, found: Option<(f64, Break)>) {
-        let begun = self.flight.begun.map_or(i64::MIN, |begun| begun.first);
-        let best = self.best.map_or(f64::INFINITY, |(misfit, _)| misfit);
-        if let Some((misfit, found)) = found
-            && misfit < best
-            && found.first > begun
-        {
-            self.best = Some((misfit, found));
         }
     }
 
