@@ -138,7 +138,7 @@ impl Breaks {
             reach: rig.object.solid.reach() + rig.striker.radius + NEAR_TIP,
             frames: VecDeque::new(),
             recent: VecDeque::new(),
-            asked: i64::MAX,
+            asked: i64::MIN,
             best: None,
             flight: Flight::default(),
             ended: VecDeque::new(),
@@ -173,8 +173,7 @@ impl Breaks {
                 .collect();
             self.broken(first, &all[..at], &all[at..])
         };
-        let asked = self.frames.partition_point(|frame| frame.0 <= self.asked);
-        let from = asked.min(split);
+        let from = self.frames.partition_point(|frame| frame.0 <= self.asked);
         let found: Vec<Option<(f64, Break)>> = (from..=split).map(parted).collect();
         self.asked = self.frames[split].0;
         for found in found {

@@ -34,7 +34,7 @@ impl Counts {
         let counts = [
             (
                 self.lost,
-                "frames are lost: the tracker wrote no number, zero, a place to which no object gets from one frame to the next, or the last place again while the object moved on, and they are left out",
+                "frames are lost: the tracker wrote no number, zero, a place off the table to which no object gets from one frame to the next, or the last place again while the object moved on, and they are left out",
             ),
             (
                 self.repeated,
