@@ -204,13 +204,16 @@ pub enum Finding {
         slope: f64,
         error: f64,
     },
-    /// Objects leave turned by an angle against the command, `mirrored` besides; `certain` where no effect of an arm could be so large.
+    /// Objects leave turned by an angle against the command, `mirrored` besides; `certain` where no effect of an arm could be so large. The tip's
+    /// measured places, where they say the same, also tell where the arm's origin lies in the camera's frame, and the turn that goes with it.
     Turned {
         log: Option<String>,
         strikes: usize,
         by: f64,
         mirrored: bool,
         certain: bool,
+        #[serde(default)]
+        origin: Option<(Point, f64)>,
     },
     /// The command has one angle, and objects leave in many: a frame that turns with the arm.
     ConstantHeading {

@@ -276,6 +276,7 @@ fn reflected(pairs: &[Pair], line: Line, log: Option<String>) -> Finding {
             by: wrapped(-by),
             mirrored: true,
             certain: true,
+            origin: None,
         }
     }
 }
@@ -330,6 +331,7 @@ fn turned(
         by: if turn.abs() > PI - NEAR { PI } else { by },
         mirrored: false,
         certain: sure > TURNED,
+        origin: None,
     })
 }
 

@@ -47,6 +47,17 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let is_logged = |log: &LogRead<'_>| !log.seen.is_by_state;
     let commanded = logs.iter().any(is_logged);
     let mut findings = frames::findings(&all, None, commanded);
+    for finding in &mut findings {
+        if let Finding::Turned {
+            by,
+            mirrored: false,
+            origin,
+            ..
+        } = finding
+        {
+            *origin = places::Origins::of_turned(rig, logs, *by);
+        }
+    }
     let is_wrong = |finding: &Finding| finding.severity() == Severity::Meaningless;
     // One log of another robot among others is not seen in all of them together, or makes them seem unrelated to their commands.
     let is_vague = |finding: &Finding| matches!(finding, Finding::Unrelated { .. });

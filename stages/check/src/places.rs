@@ -24,8 +24,10 @@ const SCALE: f64 = 0.1;
 const AWAY: f64 = 0.03;
 const RADII: f64 = 0.004;
 const SURE: f64 = 4.0;
-/// Distance in m of the frames' origins from which it is told.
+/// Distance in m of the frames' origins from which it is told; where the directions of the pushes are seen, nothing of a tip that meets objects aside is
+/// in it.
 const ORIGINS: f64 = 0.015;
+const ORIGINS_BY_PUSHES: f64 = 0.01;
 /// Turn in rad of the frames about one another from which it is told.
 const TOLD_TURN: f64 = 0.05;
 /// Robust deviations from which a place is astray.
@@ -184,10 +186,10 @@ impl Origins {
     pub(crate) fn of(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Self> {
         let reach = rig.object.solid.radius()? + rig.striker.radius;
         let meetings = meetings(logs);
-        let turned = Self::without_astray(&meetings, reach, true)?;
+        let turned = Self::without_astray(&meetings, reach, Some(0.0))?;
         let (fitted, strikes) = match turned.0.is_turned() {
             true => turned,
-            false => Self::without_astray(&meetings, reach, false)?,
+            false => Self::without_astray(&meetings, reach, None)?,
         };
         let Fitted {
             values,
@@ -201,7 +203,11 @@ impl Origins {
             sum + (m.tip.rotated(turn) + by - m.tip) * share
         });
         let is_sure = (2..4).any(|i| values[i].abs() > SURE * errors[i]);
-        let is_told = by.norm() > ORIGINS && is_sure || turn != 0.0;
+        let least = match meetings.iter().all(|m| m.pushed.is_some()) {
+            true => ORIGINS_BY_PUSHES,
+            false => ORIGINS,
+        };
+        let is_told = by.norm() > least && is_sure || turn != 0.0;
         (spread < AGREE && is_told).then_some(Self {
             by,
             turn,
@@ -214,20 +220,41 @@ impl Origins {
         })
     }
 
-    /// The fit, once more without those that are astray, and how many strikes it is of.
-    fn without_astray(meetings: &[Meeting], reach: f64, turns: bool) -> Option<(Fitted, usize)> {
+    /// Place of the arm's origin in the camera's frame, and by how much its frame is turned, where objects leave turned by about as much (rad); none
+    /// where the origins lie together, or places say something else.
+    pub(crate) fn of_turned(rig: &Rig, logs: &[LogRead<'_>], by: f64) -> Option<(Point, f64)> {
+        /// Difference of both turns, in rad, up to which they are one.
+        const ONE: f64 = 0.1;
+        let reach = rig.object.solid.radius()? + rig.striker.radius;
+        let (fitted, _) = Self::without_astray(&meetings(logs), reach, Some(by))?;
+        let (origin, turn) = (
+            Point::new(fitted.values[2], fitted.values[3]),
+            fitted.values[4],
+        );
+        let is_one = fitted.spread < AGREE && wrapped(turn - by).abs() < ONE;
+        let is_told = origin.norm() > ORIGINS
+            && (2..4).any(|i| fitted.values[i].abs() > SURE * fitted.errors[i]);
+        (is_one && is_told).then_some((origin, turn))
+    }
+
+    /// The fit, once more without those that are astray, and how many strikes it is of; with a turn that is about this (rad), where one is given.
+    fn without_astray(
+        meetings: &[Meeting],
+        reach: f64,
+        turn: Option<f64>,
+    ) -> Option<(Fitted, usize)> {
         let mut meetings = meetings.to_vec();
         let mut fitted: Option<Fitted> = None;
         // A turn is found little by little.
-        for _ in 0..if turns { 4 } else { 2 } {
+        for _ in 0..if turn.is_some() { 4 } else { 2 } {
             if meetings.len() < FEWEST {
                 return None;
             }
-            let turn = fitted.as_ref().map_or(0.0, |fitted| fitted.values[4]);
-            let found = Self::through(&meetings, reach, turns.then_some(turn))?;
+            let known = fitted.as_ref().map(|fitted| fitted.values[4]);
+            let found = Self::through(&meetings, reach, turn.map(|turn| known.unwrap_or(turn)))?;
             let usual = 1.4826 * median(found.left.iter().copied())?;
             let mut left = found.left.iter();
-            if fitted.is_none() || !turns {
+            if fitted.is_none() || turn.is_none() {
                 meetings.retain(|_| left.next().is_some_and(|left| *left <= ASTRAY * usual));
             }
             fitted = Some(found);
@@ -243,16 +270,21 @@ impl Origins {
             .iter()
             .flat_map(|m| {
                 let velocity = m.velocity.rotated(known);
-                let towards = velocity * (1.0 / velocity.norm());
-                let touched = m.tip.rotated(known) + towards * reach;
-                let between = m.object - touched;
+                let towards = m.towards(known);
+                let tip = m.tip.rotated(known);
+                // What turns with the arm's frame.
+                let turned = match m.pushed {
+                    Some(_) => tip,
+                    None => tip + towards * reach,
+                };
+                let between = m.object - tip - towards * reach - velocity * m.earlier;
                 [
                     (
-                        Vector5::new(towards.x, -velocity.x, 1.0, 0.0, -touched.y),
+                        Vector5::new(towards.x, -velocity.x, 1.0, 0.0, -turned.y),
                         between.x,
                     ),
                     (
-                        Vector5::new(towards.y, -velocity.y, 0.0, 1.0, touched.x),
+                        Vector5::new(towards.y, -velocity.y, 0.0, 1.0, turned.x),
                         between.y,
                     ),
                 ]
@@ -307,10 +339,7 @@ impl Similar {
         let reach = rig.object.solid.reach() + rig.striker.radius;
         let mut pairs: Vec<(Point, Point)> = meetings
             .iter()
-            .map(|m| {
-                let towards = m.velocity * (1.0 / m.velocity.norm());
-                (m.tip, m.object - towards * reach)
-            })
+            .map(|m| (m.tip, m.object - m.towards(0.0) * reach))
             .collect();
         let mut line = None;
         // Once more without those that are astray.
@@ -410,6 +439,8 @@ mod tests {
                 velocity,
                 moved: Some(velocity.rotated(0.02)),
                 object: object * scale + by,
+                pushed: None,
+                earlier: 0.0,
             }
         });
         Seen {
@@ -473,6 +504,60 @@ mod tests {
             assert!(found.by.distance(by) < 0.006, "{:?}", found.by);
             assert!(found.away.norm() > 0.02, "{:?}", found.away);
         }
+    }
+
+    #[test]
+    fn a_turn_that_headings_tell_is_told_with_the_origin_that_belongs_to_it() {
+        let rig = Rig::demo(Shape::Cylinder);
+        for (turn, by) in [
+            (0.524, Point::new(0.03, -0.05)),
+            (-1.57, Point::new(0.1, 0.2)),
+        ] {
+            let mut seen = seen(1.0, Point::default(), 0.01);
+            for meeting in &mut seen.meetings {
+                meeting.object = meeting.object.rotated(turn) + by;
+            }
+            let of = |turn: f64| Origins::of_turned(&rig, &[log(&seen)], turn);
+            let (origin, told) = of(turn + 0.03).expect("other origins");
+            assert!(
+                (told - turn).abs() < 0.02 && origin.distance(by) < 0.01,
+                "{origin:?}"
+            );
+            assert_eq!(of(turn + 0.3), None);
+        }
+        // Where the tip's places are the table's, a turn is the command's own.
+        let seen = seen(1.0, Point::default(), 0.01);
+        assert_eq!(Origins::of_turned(&rig, &[log(&seen)], 0.524), None);
+    }
+
+    #[test]
+    fn objects_that_moved_and_were_met_aside_tell_origins_and_delay() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let reach = rig.object.solid.reach() + rig.striker.radius;
+        let (by, delay, earlier) = (Point::new(0.01, -0.03), 0.04, 0.036);
+        let meetings = (0..60).map(|i| {
+            let part = |k: f64| (f64::from(i) * k).fract();
+            let object = Point::new(0.2 + 0.2 * part(0.618), -0.2 + 0.4 * part(0.414));
+            let velocity = Point::polar(0.4 + 0.6 * part(0.732), -0.8 + 1.6 * part(0.236));
+            let pushed = Point::polar(1.0, velocity.bearing() - 0.7 + 1.4 * part(0.519));
+            let noise = Point::new((3.7 * f64::from(i)).sin(), (5.1 * f64::from(i)).sin()) * 0.003;
+            Meeting {
+                tip: object - pushed * reach + velocity * (delay - earlier) + noise,
+                velocity,
+                moved: None,
+                object: object + by,
+                pushed: Some(pushed),
+                earlier,
+            }
+        });
+        let seen = Seen {
+            meetings: meetings.collect(),
+            ..Seen::default()
+        };
+        let found = Origins::of(&rig, &[log(&seen)]).expect("other origins");
+        assert!(found.by.distance(by) < 0.005, "{:?}", found.by);
+        let [seconds, error] = found.delay.seconds;
+        assert!((seconds - delay).abs() < 4.0 * error, "{seconds} ± {error}");
     }
 
     #[test]

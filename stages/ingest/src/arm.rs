@@ -59,6 +59,20 @@ pub struct Meeting {
     pub moved: Option<Point>,
     /// Place of the object's centre, in m.
     pub object: Point,
+    /// Direction of the change of the object's velocity, of length 1; none where the object rested, and the tip's heading stands for it.
+    #[serde(default)]
+    pub pushed: Option<Point>,
+    /// By how much earlier than the camera's stamp says the tip was looked up, in s.
+    #[serde(default)]
+    pub earlier: f64,
+}
+
+impl Meeting {
+    /// Direction from the tip's centre to the object's, of length 1, in the camera's frame, about which the arm's is turned by so much (rad).
+    pub fn towards(&self, turn: f64) -> Point {
+        self.pushed
+            .unwrap_or_else(|| self.velocity.rotated(turn) * (1.0 / self.velocity.norm()))
+    }
 }
 
 /// What is known of a strike when the arm is asked.
@@ -205,6 +219,8 @@ pub(crate) fn meeting(states: &[State], context: &LaunchContext<'_>) -> Option<M
         velocity: between(last.velocity, next.velocity),
         moved: (went > 0.5 * WAY).then_some(moved),
         object: context.initial,
+        pushed: None,
+        earlier: 0.0,
     })
 }
 

@@ -119,6 +119,8 @@ pub(crate) struct Breaks {
     frames: VecDeque<(i64, Point)>,
     /// Centroids of the last while, in which a rest before a break would show.
     recent: VecDeque<Sample>,
+    /// Stamp of the first frame after the last moment that was looked at.
+    asked: i64,
     /// The best of the moments in a row that look like a break, and how badly its lines fit.
     best: Option<(f64, Break)>,
     flight: Flight,
@@ -136,6 +138,7 @@ impl Breaks {
             reach: rig.object.solid.reach() + rig.striker.radius + NEAR_TIP,
             frames: VecDeque::new(),
             recent: VecDeque::new(),
+            asked: i64::MIN,
             best: None,
             flight: Flight::default(),
             ended: VecDeque::new(),
@@ -160,18 +163,28 @@ impl Breaks {
         let Some(split) = self.split() else {
             return;
         };
-        let all: Vec<(f64, Point)> = self
-            .frames
-            .iter()
-            .map(|(stamp, point)| (since(self.frames[split].0, *stamp), *point))
-            .collect();
-        match self.broken(self.frames[split].0, &all[..split], &all[split..]) {
-            Some((misfit, found)) => {
-                if self.best.is_none_or(|(least, _)| misfit < least) {
-                    self.best = Some((misfit, found));
+        // Where frames come a little sooner or later than before, the newest leave out moments before this one.
+        let parted = |at: usize| {
+            let first = self.frames[at].0;
+            let all: Vec<(f64, Point)> = self
+                .frames
+                .iter()
+                .map(|(stamp, point)| (since(first, *stamp), *point))
+                .collect();
+            self.broken(first, &all[..at], &all[at..])
+        };
+        let from = self.frames.partition_point(|frame| frame.0 <= self.asked);
+        let found: Vec<Option<(f64, Break)>> = (from..=split).map(parted).collect();
+        self.asked = self.frames[split].0;
+        for found in found {
+            match found {
+                Some((misfit, found)) => {
+                    if self.best.is_none_or(|(least, _)| misfit < least) {
+                        self.best = Some((misfit, found));
+                    }
                 }
+                None => self.settle(),
             }
-            None => self.settle(),
         }
         if self.flight.frames.len() > MOST_FRAMES {
             self.pause();
@@ -209,6 +222,9 @@ impl Breaks {
         before: &[(f64, Point)],
         after: &[(f64, Point)],
     ) -> Option<(f64, Break)> {
+        if before.len() < FRAMES {
+            return None;
+        }
         // As long before as after.
         let span = after.last()?.0 - after[0].0;
         let from = before.partition_point(|(t, _)| *t < before[before.len() - 1].0 - 1.01 * span);
@@ -569,6 +585,37 @@ mod tests {
             []
         );
         assert_eq!(found(|t| Point::new(0.5 * t - 0.5 * t * t, 0.0)), []);
+    }
+
+    #[test]
+    fn no_impact_is_missed_where_frames_come_a_little_sooner_or_later() {
+        // A puck that is struck back at 120 Hz: a line through as much as one frame from beyond the impact fits nothing.
+        let rig = Rig::demo(Shape::Cylinder);
+        for phase in 0..100 {
+            let hit = 0.5 + f64::from(phase) / 12_000.0;
+            let mut breaks = Breaks::new(&rig, rig.camera.noise);
+            for i in 0..120_i64 {
+                let t = i as f64 / 120.0 + 0.0003 * (2.1 * (i + 7 * i64::from(phase)) as f64).sin();
+                breaks.see(&Sample {
+                    stamp: (t * 1e9) as i64,
+                    x: if t < hit {
+                        -1.5 * (t - hit)
+                    } else {
+                        2.7 * (t - hit)
+                    },
+                    y: 0.2 * t,
+                });
+            }
+            let flights = breaks.take(true);
+            let begun: Vec<f64> = flights
+                .iter()
+                .filter_map(|(flight, _)| Some(1e-9 * flight.begun?.stamp as f64))
+                .collect();
+            assert!(
+                matches!(begun[..], [at] if (at - hit).abs() < 0.001),
+                "{hit}: {begun:?}"
+            );
+        }
     }
 
     #[test]

@@ -34,7 +34,7 @@ impl Counts {
         let counts = [
             (
                 self.lost,
-                "frames are lost: the tracker wrote no number, zero, or a place off the table to which no object gets from one frame to the next, and they are left out",
+                "frames are lost: the tracker wrote no number, zero, a place off the table to which no object gets from one frame to the next, or the last place again while the object moved on, and they are left out",
             ),
             (
                 self.repeated,
@@ -42,7 +42,7 @@ impl Counts {
             ),
             (
                 self.outliers as u64,
-                "centroids jump away for a single frame, or repeat the last one while the object moves, and are left out of their tracks",
+                "centroids jump away for a single frame, and are left out of their tracks",
             ),
             (
                 self.unheld as u64,
@@ -50,7 +50,7 @@ impl Counts {
             ),
             (
                 self.idle_motions,
-                "motions of the arm met no object that rests, and are no strikes",
+                "motions of the arm touched no object, and are no strikes",
             ),
             (
                 self.carried,

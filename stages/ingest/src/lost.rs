@@ -1,7 +1,9 @@
-//! Frames in which the tracker saw nothing: without a number, at zero, or at a place off the table to which no object gets.
+//! Frames in which the tracker saw nothing: without a number, at zero, at a place off the table to which no object gets, or at the last one again while the object moved on.
 //!
 //! Trackers write a place of their own where they see nothing, such as (-1, -1): off the table, again and again the same to the last digit, and farther from
-//! where the object was, and is next, than anything gets from one frame to the next.
+//! where the object was, and is next, than anything gets from one frame to the next. Others write the last place again.
+
+use std::collections::{HashSet, VecDeque};
 
 use logs::Sample;
 use values::{Point, Rig};
@@ -22,6 +24,29 @@ pub(crate) fn is_out_of_reach(one: (i64, Point), other: (i64, Point)) -> bool {
 /// A stream of centroids without those in which the tracker saw nothing.
 #[derive(Default)]
 pub(crate) struct Lost {
+    nowhere: Nowhere,
+    stale: Stale,
+}
+
+impl Lost {
+    /// Takes the next frame; hands on those in which the object was seen, in order, and gives the number of those in which it was not.
+    pub(crate) fn take(&mut self, sample: Sample, rig: &Rig, mut see: impl FnMut(Sample)) -> usize {
+        let mut stale = 0;
+        let lost = self.nowhere.take(sample, rig, |sample| {
+            stale += self.stale.take(sample, rig.camera.noise, &mut see);
+        });
+        lost + stale
+    }
+
+    /// Number of the frames at the end of the data that no later one told of: off the table, where no object gets, or at the last place again.
+    pub(crate) fn finish(self) -> usize {
+        self.nowhere.held.len() + self.stale.held.len()
+    }
+}
+
+/// Places that no object gets to.
+#[derive(Default)]
+struct Nowhere {
     /// Frames off the table, at one place, of which the next one at another tells.
     held: Vec<Sample>,
     /// Where the tracker last wrote a place off the table that no object gets to.
@@ -30,9 +55,8 @@ pub(crate) struct Lost {
     last: Option<Sample>,
 }
 
-impl Lost {
-    /// Takes the next frame; hands on those in which the object was seen, in order, and gives the number of those in which it was not.
-    pub(crate) fn take(&mut self, sample: Sample, rig: &Rig, mut see: impl FnMut(Sample)) -> usize {
+impl Nowhere {
+    fn take(&mut self, sample: Sample, rig: &Rig, mut see: impl FnMut(Sample)) -> usize {
         let is_zero = sample.x == 0.0 && sample.y == 0.0;
         if is_zero || !place(&sample).is_finite() {
             return 1;
@@ -66,11 +90,101 @@ impl Lost {
         }
         lost
     }
+}
 
-    /// Number of the frames at the end of the data that no later one told of: off the table, where no object gets.
-    pub(crate) fn finish(self) -> usize {
-        self.held.len()
+/// Places that are written again while the object moves on.
+#[derive(Default)]
+struct Stale {
+    /// The last place, and how far the one before it lay, in m.
+    last: Option<Sample>,
+    before: f64,
+    /// Frames that repeat it to the last digit, of which the next one that is new tells.
+    held: Vec<Sample>,
+    /// Places of the last while.
+    places: VecDeque<Point>,
+}
+
+impl Stale {
+    /// Takes the next frame. A tracker whose places lie in steps repeats them at rest; by more than a few steps a frame, the object moves.
+    fn take(&mut self, sample: Sample, noise: f64, mut see: impl FnMut(Sample)) -> usize {
+        /// Least distance from frame to frame of an object that moves, in deviations of the noise, and in steps.
+        const MOVES: f64 = 3.0;
+        /// How many times as far as before it has gone in the meantime where it repeats once: a camera may be half as fast as its stamps.
+        const CATCHES_UP: f64 = 1.5;
+        /// Time, in s, for which a moving object that is caught lies still.
+        const RESTS: f64 = 0.25;
+        /// Number of places that tell in which steps they lie.
+        const PLACES: usize = 240;
+        let Some(last) = self.last else {
+            self.last = Some(sample);
+            see(sample);
+            return 0;
+        };
+        let gone = place(&last).distance(place(&sample));
+        let may_move = self.before > MOVES * noise;
+        if gone == 0.0 && may_move && since(last.stamp, sample.stamp) < RESTS {
+            self.held.push(sample);
+            return 0;
+        }
+        let is_stale = || {
+            let moves = MOVES * noise.max(step(&self.places));
+            let is_on = self.held.len() > 1 || gone > CATCHES_UP * self.before;
+            is_on && self.before > moves && gone > moves
+        };
+        let lost = match !self.held.is_empty() && is_stale() {
+            true => self.held.drain(..).count(),
+            false => 0,
+        };
+        self.held.drain(..).for_each(&mut see);
+        // A jump is no motion.
+        let at = |frame: &Sample| (frame.stamp, place(frame));
+        self.before = match is_out_of_reach(at(&last), at(&sample)) {
+            true => 0.0,
+            false => gone,
+        };
+        self.last = Some(sample);
+        if self.places.len() == PLACES {
+            self.places.pop_front();
+        }
+        self.places.push_back(place(&sample));
+        see(sample);
+        lost
     }
+}
+
+/// The step in which places lie, in m: where both coordinates are multiples of one length, or where places come again that were left, as
+/// pixels do behind any lens. 0 where neither is seen: what is measured on end never comes again. Infinite where too few changes tell.
+fn step(places: &VecDeque<Point>) -> f64 {
+    /// Number of changes of a coordinate that show a grid, and of places that come again that show a tracker which knows no others.
+    const CHANGES: usize = 8;
+    const AGAIN: usize = 3;
+    let pairs = || places.iter().copied().zip(places.iter().skip(1).copied());
+    let grid = |of: fn(Point) -> f64| -> Option<f64> {
+        /// Greatest distance from a whole number of steps, in steps.
+        const OFF: f64 = 0.01;
+        let changes: Vec<f64> = pairs()
+            .map(|(one, other)| (of(other) - of(one)).abs())
+            .filter(|change| *change > 0.0)
+            .collect();
+        let least = changes.iter().copied().fold(f64::INFINITY, f64::min);
+        let is_whole = |change: &f64| (change / least - (change / least).round()).abs() < OFF;
+        (changes.len() >= CHANGES && changes.iter().all(is_whole)).then_some(least)
+    };
+    if pairs().filter(|(one, other)| one != other).count() < CHANGES {
+        return f64::INFINITY;
+    }
+    let grids = [grid(|point| point.x), grid(|point| point.y)];
+    if let Some(step) = grids.into_iter().flatten().reduce(f64::max) {
+        return step;
+    }
+    let (mut known, mut again, mut least) = (HashSet::new(), 0, f64::INFINITY);
+    let changes = pairs().filter(|(one, other)| one != other);
+    for (one, other) in changes {
+        known.insert((one.x.to_bits(), one.y.to_bits()));
+        again += usize::from(known.contains(&(other.x.to_bits(), other.y.to_bits())));
+        least = least.min(one.distance(other));
+    }
+    if again >= AGAIN { least } else { 0.0 }
 }
 
 fn place(sample: &Sample) -> Point {
@@ -146,5 +260,100 @@ mod tests {
             .map(|i| [400.0 + 12.0 * f64::from(i / 3), 100.0])
             .collect();
         assert_eq!(counts(&in_mm).0, 0);
+    }
+
+    /// Which of these places, at 60 Hz, are left out as stale.
+    fn stale(places: &[Point], noise: f64) -> Vec<i64> {
+        let (mut stale, mut seen) = (Stale::default(), Vec::new());
+        let frames: Vec<Sample> = (0_i64..).zip(places).map(|(i, p)| frame(i, *p)).collect();
+        let mut lost = 0;
+        for sample in &frames {
+            lost += stale.take(*sample, noise, |sample| seen.push(sample.stamp));
+        }
+        seen.extend(stale.held.iter().map(|sample| sample.stamp));
+        assert!(seen.is_sorted() && seen.len() + lost == frames.len());
+        let missing = (0_i64..)
+            .zip(&frames)
+            .filter(|(_, f)| !seen.contains(&f.stamp));
+        missing.map(|(i, _)| i).collect()
+    }
+
+    fn frame(i: i64, place: Point) -> Sample {
+        Sample {
+            stamp: i * 16_666_667,
+            x: place.x,
+            y: place.y,
+        }
+    }
+
+    /// At rest for a second, then a slide under 3 m/s² to rest, as a tracker sees it that rounds to steps of this many mm, on a sensor turned by
+    /// 0.3 rad or not.
+    fn coarse(step: f64, turn: f64, seed: u32) -> Vec<Point> {
+        let rounded = |x: f64| (x / (1e-3 * step)).round() * 1e-3 * step;
+        let wobble = |i: u32, k: f64| {
+            let number = (f64::from(12 * i + 7 * seed) * k).sin() * 43758.5453;
+            0.4e-3 * step * 3.4 * (number - number.floor() - 0.5)
+        };
+        let places = (0..140).map(|i| {
+            let t = (f64::from(i) / 60.0 - 1.0).clamp(0.0, 0.3);
+            let seen = Point::new(0.4021, 0.0313) + Point::polar(0.9 * t - 1.5 * t * t, 0.4);
+            let seen = seen + Point::new(wobble(i, 12.9898), wobble(i, 78.233));
+            Point::new(rounded(seen.x), rounded(seen.y)).rotated(turn)
+        });
+        places.collect()
+    }
+
+    #[test]
+    fn a_coarse_tracker_that_repeats_a_place_is_not_stale() {
+        for seed in 0..200 {
+            for (step, turn) in [(1.0, 0.0), (1.0, 0.3), (2.7, 0.0), (2.7, 0.3)] {
+                let mut places = coarse(step, turn, seed);
+                // As a camera of this step is stated, or better.
+                for noise in [0.4e-3 * step, 0.2e-3 * step] {
+                    assert_eq!(
+                        stale(&places, noise),
+                        [0; 0],
+                        "{seed}, {step} mm, {turn} rad"
+                    );
+                }
+                // It has nothing new for two frames as the object moves by many steps.
+                for at in [64, 65] {
+                    places[at] = places[63];
+                }
+                let found = stale(&places, 0.4e-3 * step);
+                assert_eq!(found, [64, 65], "{seed}, {step} mm");
+            }
+        }
+    }
+
+    #[test]
+    fn what_repeats_while_the_object_moves_is_stale_and_what_rests_is_not() {
+        let found = |places: &[f64]| {
+            // After a while in which it is seen to measure on end.
+            let before = (0..20).map(|i| 0.3 + 0.0001 * f64::from(i).sin());
+            let all = before.chain(places.iter().copied());
+            let places: Vec<Point> = all.map(|x| Point::new(x, 0.0)).collect();
+            stale(&places, 0.0003)
+                .iter()
+                .map(|i| i - 20)
+                .collect::<Vec<i64>>()
+        };
+        let slides = [
+            0.3, 0.3, 0.3, 0.31, 0.32, 0.32, 0.32, 0.35, 0.355, 0.356, 0.356,
+        ];
+        assert_eq!(found(&slides), [5, 6]);
+        // Struck back meanwhile, it is no farther than a frame before.
+        let struck = [0.3, 0.31, 0.32, 0.32, 0.32, 0.32, 0.315, 0.30, 0.285];
+        assert_eq!(found(&struck), [3, 4, 5]);
+        // Caught, and struck again.
+        let rests: Vec<f64> = [0.3, 0.31]
+            .into_iter()
+            .chain([0.32; 20])
+            .chain([0.33, 0.34])
+            .collect();
+        assert_eq!(found(&rests), [0; 0]);
+        // A camera of half the rate of its stamps.
+        let slow: Vec<f64> = (0..20).map(|i| 0.3 + 0.01 * f64::from(i / 2)).collect();
+        assert_eq!(found(&slow), [0; 0]);
     }
 }

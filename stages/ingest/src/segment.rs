@@ -7,10 +7,10 @@ use std::collections::VecDeque;
 
 use logs::Sample;
 use values::{
-    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Strike, split_of,
+    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Shape, Strike, split_of,
 };
 
-use crate::arm::{State, TouchDelay};
+use crate::arm::{Meeting, State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
 use crate::counts::Counts;
 use crate::episode::{EndOfData, Episode, Episodes, Queue};
@@ -73,6 +73,7 @@ struct ByState {
     commands: Vec<CommandSeen>,
     motions: Vec<MotionSeen>,
     delays: Vec<TouchDelay>,
+    meetings: Vec<Meeting>,
 }
 
 pub(crate) struct Segmenter<'a> {
@@ -432,6 +433,10 @@ impl<'a> Segmenter<'a> {
             from: found.initial,
             velocity: found.launch,
         });
+        if self.rig.object.shape() != Shape::Box {
+            let meeting = touched.meeting(camera_delay, &found);
+            self.touched.meetings.extend(meeting);
+        }
         let strike = self.strike_by_touch(index, id, command, &found);
         self.touched.strikes.push(strike);
     }
@@ -527,11 +532,13 @@ impl<'a> Segmenter<'a> {
             commands,
             motions,
             delays,
+            meetings,
         } = if is_touched {
             self.is_touched = true;
-            // Those that a touch shows are no idle ones.
+            // Those that a touch shows are no idle ones, and from rest to rest hardly one of an object that moves is seen.
+            let motions = self.counts.idle_motions as usize + untouched.strikes.len();
             let seen = touched.strikes.len() + touched.rejects.len();
-            self.counts.idle_motions += untouched.strikes.len().saturating_sub(seen) as u64;
+            self.counts.idle_motions = motions.saturating_sub(seen) as u64;
             self.found.notes.extend(camera_delay.map(|delay| {
                 format!(
                     "the camera's stamps lie {:.1} ms behind the arm's, by {} touches: the tip is looked up so much earlier",
@@ -546,6 +553,7 @@ impl<'a> Segmenter<'a> {
         self.found.seen.commands.extend(commands);
         self.found.seen.motions.extend(motions);
         self.found.seen.delays.extend(delays);
+        self.found.seen.meetings.extend(meetings);
         self.found.rejects.extend(rejects);
         for strike in strikes {
             self.found.strikes.push(StrikeSummary::from(&strike));
@@ -731,7 +739,10 @@ impl<'a> Segmenter<'a> {
         commands.sort_by(|one, other| one.rise.total_cmp(&other.rise));
         motions.sort_by(|one, other| one.start.total_cmp(&other.start));
         self.found.rejects.sort_by_key(|reject| reject.index);
-        self.found.seen.meetings = self.extras.take_meetings();
+        // Few objects rest where touches tell of strikes, and these say more.
+        if self.found.seen.meetings.is_empty() {
+            self.found.seen.meetings = self.extras.take_meetings();
+        }
         if self.source == CommandSource::Topic {
             self.found.seen.delays = self.extras.take_delays();
         } else {

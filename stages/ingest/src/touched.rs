@@ -7,8 +7,8 @@
 use logs::Sample;
 use values::{Command, Delivered, End, Point, RejectReason, Rig, Shape, Track};
 
-use crate::arm::{TouchDelay, touch_delay};
-use crate::bounces::{Break, Flight, Touch};
+use crate::arm::{Meeting, TouchDelay, touch_delay};
+use crate::bounces::{Break, FRAMES, Flight, TIME, Touch};
 use crate::order::since;
 use crate::rejection::Rejection;
 use crate::robust::{mean_near_median, median, median_point};
@@ -87,6 +87,20 @@ impl TouchedFlight {
         let delay = touch_delay(&self.touch.states, place, (self.begun.stamp, 0.0), rig)?;
         (delay.speed > NEARS).then_some(delay)
     }
+
+    /// Where tip and object met, of round bodies, which push one another along the line of their centres; the camera's stamps lie so far behind the
+    /// tip's, in s.
+    pub(crate) fn meeting(&self, camera_delay: f64, found: &TouchedStrike) -> Option<Meeting> {
+        let touch = self.touch.earlier(self.begun.stamp, camera_delay);
+        (found.launch.norm() > 0.0).then(|| Meeting {
+            tip: touch.position,
+            velocity: touch.velocity,
+            moved: None,
+            object: found.initial,
+            pushed: Some(found.launch * (1.0 / found.launch.norm())),
+            earlier: camera_delay,
+        })
+    }
 }
 
 /// By how much (s) the camera's stamps lie behind the tip's, where these touches surely show that they do.
@@ -108,12 +122,13 @@ pub(crate) fn camera_delay(delays: &[TouchDelay]) -> Option<f64> {
     is_sure.then_some(middle)
 }
 
-/// Where the object rested before, if it did: `before` are the frames that came before the impact.
+/// Where the object rested before, if it did: `before` are the frames that came before the impact. A frame or two show no rest.
 fn rested(before: &[Sample], noise: f64) -> Option<Point> {
-    let points: Vec<Point> = TouchedFlight::last_of(before).iter().map(place).collect();
-    if points.is_empty() {
+    let (first, last) = (before.first()?, before.last()?);
+    if before.len() < FRAMES || since(first.stamp, last.stamp) < TIME {
         return None;
     }
+    let points: Vec<Point> = TouchedFlight::last_of(before).iter().map(place).collect();
     let third = points.len().div_ceil(3);
     let drift =
         median_point(&points[..third]).distance(median_point(&points[points.len() - third..]));

@@ -2,7 +2,7 @@
 
 use check::{Finding, Limit, Severity};
 use serde::Serialize;
-use values::{CommandFrame, RejectReason, Rig};
+use values::{CommandFrame, Point, RejectReason, Rig};
 
 /// A finding for a person.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -83,6 +83,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             by,
             mirrored,
             certain,
+            origin,
         } => {
             let seen = format!(
                 "{}objects leave {:.0}° to the {} of the commanded direction, in the middle of {strikes} strikes{}",
@@ -95,11 +96,14 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     ""
                 }
             );
-            let base_yaw = rig
-                .robot
-                .base_yaw
-                .filter(|_| rig.frames.command == CommandFrame::Base);
-            let turn = base_yaw_of(base_yaw.unwrap_or(0.0) + by);
+            let of_base = rig.frames.command == CommandFrame::Base;
+            let base_yaw = rig.robot.base_yaw.filter(|_| of_base);
+            let by_places = origin.map_or(*by, |(_, turn)| turn);
+            let turn = base_yaw_of(base_yaw.unwrap_or(0.0) + by_places);
+            let base = origin.map_or(String::new(), |(origin, turn)| {
+                let base = based(rig, origin, turn);
+                format!("base = [{:.3}, {:.3}]  ", base.x, base.y)
+            });
             let mirror = match (*mirrored, rig.frames.mirrored) {
                 (true, false) => "mirrored = true  ",
                 (true, true) => "mirrored = false  ",
@@ -119,7 +123,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             };
             let mend = if *certain || *mirrored {
                 format!(
-                    "{or}state `[frames] {mirror}command = \"base\"` and `[robot] base_yaw = {turn:.3}` (measure it: strikes do not tell the base's turn from a constant error of heading, which this number would hide), or log both in the frame `table`"
+                    "{or}state `[frames] {mirror}command = \"base\"` and `[robot] {base}base_yaw = {turn:.3}` (measure it: strikes do not tell the base's turn from a constant error of heading, which this number would hide), or log both in the frame `table`"
                 )
             } else {
                 "check how the arm's base and the camera are turned on the table, and where the tip meets the object".into()
@@ -400,8 +404,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             },
             {
                 let of_base = rig.frames.command == CommandFrame::Base;
-                let stated = rig.robot.base.filter(|_| of_base).unwrap_or_default();
-                let base = *by + stated.rotated(*turn);
+                let base = based(rig, *by, *turn);
                 let yaw = rig.robot.base_yaw.filter(|_| of_base).unwrap_or(0.0);
                 format!(
                     "state `[frames] command = \"base\"` and `[robot] base = [{:.3}, {:.3}]  base_yaw = {:.3}`, or log the tip's place in the frame `table`",
@@ -748,6 +751,13 @@ fn significant(value: f64) -> String {
 
 fn of(log: Option<&str>) -> String {
     log.map_or(String::new(), |log| format!("{log}: "))
+}
+
+/// The arm's base, in m, where its origin lies here in the camera's frame beside what is stated, about which it is turned (rad).
+fn based(rig: &Rig, origin: Point, turn: f64) -> Point {
+    let of_base = rig.frames.command == CommandFrame::Base;
+    let stated = rig.robot.base.filter(|_| of_base).unwrap_or_default();
+    origin + stated.rotated(turn)
 }
 
 /// A turn of the base as the rig file takes it: rounded, no more than half a turn.

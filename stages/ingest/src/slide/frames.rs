@@ -1,7 +1,5 @@
 //! The frames around one command: where and when, without those that jump away and back.
 
-use std::collections::HashSet;
-
 use logs::Sample;
 use values::{Point, RejectReason, Rig};
 
@@ -39,9 +37,9 @@ impl Frame {
 /// The frames around one command.
 pub(crate) struct Frames<'a> {
     pub(super) rig: &'a Rig,
-    /// Frames that neither jump away and back nor are stale.
+    /// Frames that do not jump away and back.
     pub(super) frames: Vec<Frame>,
-    /// Times, in s, of frames that jump or are stale.
+    /// Times, in s, of frames that jump.
     pub(super) outliers: Vec<f64>,
     /// Times and places of frames off the table.
     off_table: Vec<(f64, Point)>,
@@ -197,15 +195,8 @@ fn units(near: &[&Frame], rig: &Rig) -> Result<(), Rejection> {
     }
 }
 
-/// Which frames jump away and back, or repeat the one before while the object moves.
-pub(crate) fn outliers(frames: &[Frame], noise: f64) -> Vec<bool> {
-    let mut marked = jumps(frames, noise);
-    stale(frames, noise, &mut marked);
-    marked
-}
-
 /// Which frames jump away from both their neighbours, farther than noise, jitter or an impact could take them.
-fn jumps(frames: &[Frame], noise: f64) -> Vec<bool> {
+pub(crate) fn outliers(frames: &[Frame], noise: f64) -> Vec<bool> {
     const JUMP_NOISE: f64 = 10.0;
     let mut jumps = vec![false; frames.len()];
     for (at, three) in frames.windows(3).enumerate() {
@@ -218,125 +209,4 @@ fn jumps(frames: &[Frame], noise: f64) -> Vec<bool> {
         jumps[at + 1] = frame.point.distance(middle) > JUMP_NOISE * noise + span;
     }
     jumps
-}
-
-/// Marks frames that repeat the one before to the last digit while the object moves, as the next one that is new shows: the tracker
-/// had nothing new. A tracker whose places lie in steps repeats them at rest; by more than a few steps a frame, the object moves.
-fn stale(frames: &[Frame], noise: f64, marked: &mut [bool]) {
-    const MOVES: f64 = 3.0;
-    const CATCHES_UP: f64 = 1.5;
-    let moves = MOVES * noise.max(step(frames));
-    let mut first = 1;
-    while first + 1 < frames.len() {
-        let point = frames[first].point;
-        let next = (first + 1..frames.len()).find(|at| frames[*at].point != point);
-        let Some(next) = next else { break };
-        let before = point.distance(frames[first - 1].point);
-        let after = point.distance(frames[next].point);
-        if next > first + 1 && before > moves && after > CATCHES_UP * before {
-            marked[first + 1..next].fill(true);
-        }
-        first = next;
-    }
-}
-
-/// The step in which places lie, in m: where both coordinates are multiples of one length, or where places come again that were left, as
-/// pixels do behind any lens. 0 where neither is seen: what is measured on end never comes again.
-fn step(frames: &[Frame]) -> f64 {
-    /// Number of changes of a coordinate that show a grid, and of places that come again that show a tracker which knows no others.
-    const CHANGES: usize = 8;
-    const AGAIN: usize = 3;
-    let pairs = || frames.windows(2).map(|pair| (pair[0].point, pair[1].point));
-    let grid = |of: fn(Point) -> f64| -> Option<f64> {
-        /// Greatest distance from a whole number of steps, in steps.
-        const OFF: f64 = 0.01;
-        let changes: Vec<f64> = pairs()
-            .map(|(one, other)| (of(other) - of(one)).abs())
-            .filter(|change| *change > 0.0)
-            .collect();
-        let least = changes.iter().copied().fold(f64::INFINITY, f64::min);
-        let is_whole = |change: &f64| (change / least - (change / least).round()).abs() < OFF;
-        (changes.len() >= CHANGES && changes.iter().all(is_whole)).then_some(least)
-    };
-    let grids = [grid(|point| point.x), grid(|point| point.y)];
-    if let Some(step) = grids.into_iter().flatten().reduce(f64::max) {
-        return step;
-    }
-    let (mut known, mut again, mut least) = (HashSet::new(), 0, f64::INFINITY);
-    let changes = pairs().filter(|(one, other)| one != other);
-    for (one, other) in changes {
-        known.insert((one.x.to_bits(), one.y.to_bits()));
-        again += usize::from(known.contains(&(other.x.to_bits(), other.y.to_bits())));
-        least = least.min(one.distance(other));
-    }
-    if again >= AGAIN { least } else { 0.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Frames at 60 Hz of places in m.
-    fn frames_of(places: impl IntoIterator<Item = Point>) -> Vec<Frame> {
-        let frames = (0_i64..).zip(places).map(|(i, point)| Frame {
-            stamp: i * 16_666_667,
-            t: i as f64 / 60.0,
-            point,
-        });
-        frames.collect()
-    }
-
-    fn marked(frames: &[Frame], noise: f64) -> Vec<usize> {
-        let mut marked = vec![false; frames.len()];
-        stale(frames, noise, &mut marked);
-        (0..frames.len()).filter(|i| marked[*i]).collect()
-    }
-
-    /// At rest for a second, then a slide under 3 m/s² to rest, as a tracker sees it that rounds to steps of this many mm, on a sensor turned by
-    /// 0.3 rad or not.
-    fn coarse(step: f64, turn: f64, seed: u32) -> Vec<Frame> {
-        let rounded = |x: f64| (x / (1e-3 * step)).round() * 1e-3 * step;
-        let wobble = |i: u32, k: f64| {
-            let number = (f64::from(12 * i + 7 * seed) * k).sin() * 43758.5453;
-            0.4e-3 * step * 3.4 * (number - number.floor() - 0.5)
-        };
-        frames_of((0..140).map(|i| {
-            let t = (f64::from(i) / 60.0 - 1.0).clamp(0.0, 0.3);
-            let seen = Point::new(0.4021, 0.0313) + Point::polar(0.9 * t - 1.5 * t * t, 0.4);
-            let seen = seen + Point::new(wobble(i, 12.9898), wobble(i, 78.233));
-            Point::new(rounded(seen.x), rounded(seen.y)).rotated(turn)
-        }))
-    }
-
-    #[test]
-    fn a_coarse_tracker_that_repeats_a_place_is_not_stale() {
-        for seed in 0..200 {
-            for (step, turn) in [(1.0, 0.0), (1.0, 0.3), (2.7, 0.0), (2.7, 0.3)] {
-                let mut frames = coarse(step, turn, seed);
-                // As a camera of this step is stated, or better.
-                for noise in [0.4e-3 * step, 0.2e-3 * step] {
-                    let stale = marked(&frames, noise);
-                    assert_eq!(stale, [0; 0], "{seed}, {step} mm, {turn} rad");
-                }
-                // It has nothing new for two frames as the object moves by many steps.
-                for at in [64, 65] {
-                    frames[at].point = frames[63].point;
-                }
-                assert_eq!(
-                    marked(&frames, 0.4e-3 * step),
-                    [64, 65],
-                    "{seed}, {step} mm"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn what_repeats_while_the_object_moves_is_stale_and_what_rests_is_not() {
-        let places = [
-            0.3, 0.3, 0.3, 0.31, 0.32, 0.32, 0.32, 0.35, 0.355, 0.356, 0.356,
-        ];
-        let frames = frames_of(places.map(|x| Point::new(x, 0.0)));
-        assert_eq!(marked(&frames, 0.0003), [5, 6]);
-    }
 }
