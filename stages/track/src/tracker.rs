@@ -86,6 +86,8 @@ pub struct Tracker {
 const FASTEST: f64 = 2.0;
 /// Pixels of the coarse grid across the object.
 const ACROSS: f64 = 8.0;
+/// A colour's region that is so many times larger or smaller than the object is another thing.
+const MOST_TIMES: f64 = 2.0;
 /// A blob of less than this share of the object's picture is no object; of more than the other, not one object alone.
 const LEAST_AREA: f64 = 0.2;
 const MOST_AREA: f64 = 2.0;
@@ -452,6 +454,16 @@ impl Tracker {
             on.extend(beside);
         }
         on
+    }
+
+    /// Whether what is seen about a pixel, in px², may be the object by its place and size.
+    pub fn is_of_size(&self, pixel: [f64; 2], area: f64) -> bool {
+        let at = self.camera.point(pixel, self.solid.middle());
+        at.filter(|at| self.is_on_table(*at))
+            .is_some_and(|Point { x, y }| {
+                let share = area / self.area(Pose { x, y, yaw: 0.0 });
+                (1.0 / MOST_TIMES..=MOST_TIMES).contains(&share)
+            })
     }
 
     fn is_on_table(&self, at: Point) -> bool {

@@ -27,6 +27,8 @@ pub struct Tuned {
 const SQUARE: usize = 8;
 /// Light that stands off the table's by less than this, of 1, is noise.
 const LEAST_DIFFERENCE: f32 = 0.02;
+/// Colours that are tried at the most until one is of something that fits.
+const MOST_TRIED: usize = 32;
 /// An object takes a quarter of the image at the most, and some pixels at the least.
 const LARGEST_SHARE: f64 = 0.25;
 const FEWEST_PIXELS: usize = 50;
@@ -42,19 +44,20 @@ const SATURATION_SHARE: f64 = 0.7;
 const VALUE_SHARE: f64 = 0.56;
 
 impl Tuned {
-    /// Proposes a range for what is at a pixel, or for what stands out most.
+    /// Proposes a range for what is at a pixel, or for what stands out most; of what stands out, the first that `fits`, where one does.
     ///
     /// # Errors
     /// Nothing stands out; what is at the pixel is the table, or takes much of the image.
-    pub fn propose(image: &Image, at: Option<[usize; 2]>) -> Result<Self, TuneError> {
+    pub fn propose(
+        image: &Image,
+        at: Option<[usize; 2]>,
+        fits: Option<&dyn Fn(&Self) -> bool>,
+    ) -> Result<Self, TuneError> {
         let light = light_of_bytes();
-        let squares = squares(image, &light);
+        let mut squares = squares(image, &light);
         let table = median(squares.iter().map(|(_, mean)| *mean).collect());
-        let (seed, object) = match at {
-            Some([x, y]) if x < image.width && y < image.height => {
-                ([x, y], around(image, &light, [x, y]))
-            }
-            Some([x, y]) => {
+        if let Some([x, y]) = at {
+            if x >= image.width || y >= image.height {
                 return Err(TuneError::Outside {
                     x,
                     y,
@@ -62,14 +65,44 @@ impl Tuned {
                     height: image.height,
                 });
             }
-            None => {
-                let off = |(_, mean): &([usize; 2], [f32; 3])| difference(*mean, table, image.grey);
-                let most = squares.iter().max_by(|a, b| off(a).total_cmp(&off(b)));
-                let most = most.filter(|square| off(square) > LEAST_DIFFERENCE);
-                let (seed, _) = most.ok_or(TuneError::Nothing)?;
-                (*seed, around(image, &light, *seed))
+            return Self::grow(image, &light, table, [x, y]);
+        }
+        let off = |(_, mean): &([usize; 2], [f32; 3])| difference(*mean, table, image.grey);
+        squares.retain(|square| off(square) > LEAST_DIFFERENCE);
+        squares.sort_by(|a, b| off(b).total_cmp(&off(a)));
+        let mut seeds = squares.into_iter().map(|(seed, _)| seed);
+        let first = seeds.next().ok_or(TuneError::Nothing)?;
+        let first = Self::grow(image, &light, table, first);
+        let Some(fits) = fits else { return first };
+        let mut tried: Vec<Self> = Vec::new();
+        let mut next = first.clone();
+        for _ in 0..MOST_TRIED {
+            if let Ok(tuned) = next {
+                if fits(&tuned) {
+                    return Ok(tuned);
+                }
+                tried.push(tuned);
             }
-        };
+            let is_new = |[x, y]: &[usize; 2]| {
+                let index = y * image.width + x;
+                !tried.iter().any(|tuned| tuned.found[index])
+            };
+            let Some(seed) = seeds.find(is_new) else {
+                break;
+            };
+            next = Self::grow(image, &light, table, seed);
+        }
+        first
+    }
+
+    /// Proposes a range for what hangs together with a pixel.
+    fn grow(
+        image: &Image,
+        light: &[f32; 256],
+        table: [f32; 3],
+        seed: [usize; 2],
+    ) -> Result<Self, TuneError> {
+        let object = around(image, light, seed);
         let contrast = Contrast::between(object, table, image.grey).ok_or(TuneError::Table)?;
         let whole = Part {
             left: 0,
@@ -77,7 +110,7 @@ impl Tuned {
             width: image.width,
             height: image.height,
         };
-        let map = contrast.map(image, &light, whole).values;
+        let map = contrast.map(image, light, whole).values;
         let region = grown(&map, image.width, seed);
         let share = region.len() as f64 / map.len() as f64;
         if region.len() < FEWEST_PIXELS || share > LARGEST_SHARE {

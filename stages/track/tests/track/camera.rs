@@ -83,7 +83,7 @@ fn a_proposed_colour_finds_the_object_in_other_light() {
         };
         let seen = image(&renderer(scene.clone()));
         for named in [None, Some(pixel.map(|part| part as usize))] {
-            let tuned = Tuned::propose(&seen, named).expect("proposed");
+            let tuned = Tuned::propose(&seen, named, None).expect("proposed");
             let off = (tuned.pixel[0] - pixel[0]).hypot(tuned.pixel[1] - pixel[1]);
             assert!(off < 8.0, "{tuned:?}", tuned = tuned.pixel);
             assert!(tuned.elsewhere * 20 < tuned.area, "{}", tuned.elsewhere);
@@ -127,11 +127,11 @@ fn an_image_without_an_object_proposes_nothing() {
         decoded(&mut Decoder::default(), None, &rendered.picture)
     };
     let bare = seen(&scene);
-    assert_eq!(Tuned::propose(&bare, None), Err(TuneError::Nothing));
-    let at_table = Tuned::propose(&bare, Some([50, 50]));
+    assert_eq!(Tuned::propose(&bare, None, None), Err(TuneError::Nothing));
+    let at_table = Tuned::propose(&bare, Some([50, 50]), None);
     assert_eq!(at_table, Err(TuneError::Table));
     assert!(matches!(
-        Tuned::propose(&bare, Some([500, 50])),
+        Tuned::propose(&bare, Some([500, 50]), None),
         Err(TuneError::Outside { .. })
     ));
     // A hand as large as half of the image.
@@ -142,6 +142,6 @@ fn an_image_without_an_object_proposes_nothing() {
         height: 0.1,
         colour: [0.45, 0.20, 0.13],
     });
-    let hand = Tuned::propose(&seen(&scene), None);
+    let hand = Tuned::propose(&seen(&scene), None, None);
     assert!(matches!(hand, Err(TuneError::Size { .. })), "{hand:?}");
 }

@@ -20,7 +20,7 @@ pub struct TuneArgs {
     /// An image of the object on the table: JPEG, PNG, or a log (.mcap), whose first image (on the rig file's topic) is taken.
     #[arg(value_name = "IMAGE")]
     pub image: PathBuf,
-    /// A pixel of the object [default: the pixels whose colour differs most from the table's].
+    /// A pixel of the object [default: the pixels whose colour differs most from the table's, with --rig of what has the object's size].
     #[arg(long, value_name = "U,V", value_parser = pixel)]
     pub pixel: Option<[usize; 2]>,
     /// A rig file with the camera's lens and pose: the object is then also found as `carom track` does.
@@ -40,7 +40,14 @@ pub(super) fn tune(args: &TuneArgs) -> Result<Output, Error> {
         return Err(Error::input(why));
     }
     let image = load_image(&args.image, rig.as_ref())?;
-    let tuned = Tuned::propose(&image, args.pixel).map_err(Error::input)?;
+    // A colour that is seen elsewhere more than there is the table's.
+    let is_object = |tuned: &Tuned| {
+        let rig = rig.clone().map(|rig| with_colour(rig, tuned));
+        let tracker = rig.and_then(|rig| Tracker::new(&rig).ok());
+        let is_of_size = |tracker: Tracker| tracker.is_of_size(tuned.pixel, tuned.area as f64);
+        tuned.elsewhere < tuned.area && tracker.is_none_or(is_of_size)
+    };
+    let tuned = Tuned::propose(&image, args.pixel, Some(&is_object)).map_err(Error::input)?;
     let mut picture = image.clone();
     let pixels = picture.rgb.chunks_exact_mut(3).zip(&tuned.found);
     for (pixel, _) in pixels.filter(|(_, found)| !**found) {
@@ -81,9 +88,8 @@ pub(super) fn tune(args: &TuneArgs) -> Result<Output, Error> {
 }
 
 /// Finds the object as `carom track` would with the colour proposed, draws it, and reports the result: as data and in words.
-fn look(mut rig: Rig, tuned: &Tuned, image: &Image, picture: &mut Image) -> (Value, String) {
-    rig.object.colour = Some(tuned.colour);
-    match Tracker::new(&rig) {
+fn look(rig: Rig, tuned: &Tuned, image: &Image, picture: &mut Image) -> (Value, String) {
+    match Tracker::new(&with_colour(rig, tuned)) {
         Err(error) => {
             let why = format!("not tracked, for it failed to {error}\n");
             (json!({ "trusted": false, "why": why.trim() }), why)
@@ -110,4 +116,9 @@ fn look(mut rig: Rig, tuned: &Tuned, image: &Image, picture: &mut Image) -> (Val
             }
         }
     }
+}
+
+fn with_colour(mut rig: Rig, tuned: &Tuned) -> Rig {
+    rig.object.colour = Some(tuned.colour);
+    rig
 }
