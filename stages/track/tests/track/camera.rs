@@ -109,6 +109,41 @@ fn a_proposed_colour_finds_the_object_in_other_light() {
 }
 
 #[test]
+fn of_what_stands_out_the_colour_of_the_objects_size_is_proposed() {
+    let case = Case {
+        pixels: [640, 480],
+        ..Case::flat()
+    };
+    let mut rig = rig(&tall(Shape::Cylinder), &case);
+    let optics = Optics::of(&rig, case.pixels).expect("complete");
+    let at = Moment {
+        x: 0.4,
+        y: 0.1,
+        yaw: 0.0,
+    };
+    let mut scene = Scene::laboratory(&rig.object).expect("sizes");
+    // A box of another colour that stands out more, twice as wide.
+    scene.covers.push(Cover {
+        from: [0.6, -0.2],
+        to: [0.7, -0.2],
+        radius: 0.05,
+        height: 0.02,
+        colour: [0.0, 0.9, 0.0],
+    });
+    let rendered = Renderer::new(optics, scene, 2.0, 2).render(&|_| at, 1);
+    let seen = decoded(&mut Decoder::default(), None, &rendered.picture);
+    let most = Tuned::propose(&seen, None, None).expect("proposed");
+    rig.object.colour = Some(most.colour);
+    let tracker = Tracker::new(&rig).expect("complete");
+    let fits = |tuned: &Tuned| tracker.is_of_size(tuned.pixel, tuned.area as f64);
+    assert!(!fits(&most), "{:?}", most.pixel);
+    let object = Tuned::propose(&seen, None, Some(&fits)).expect("proposed");
+    let [u, v] = optics.seen([at.x, at.y, 0.04]);
+    let off = (object.pixel[0] - u).hypot(object.pixel[1] - v);
+    assert!(off < 8.0, "{:?}", object.pixel);
+}
+
+#[test]
 fn an_image_without_an_object_proposes_nothing() {
     let case = Case {
         pixels: [320, 240],
