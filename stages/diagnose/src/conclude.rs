@@ -97,8 +97,10 @@ impl Case<'_, '_> {
         let noise = self.noise();
         notes.extend(notes::noise(&noise, &self.selection.fitted, verdict));
         notes.extend(notes::wander(&judged.gap));
-        if verdict == Verdict::Named {
-            notes.extend(self.at_ends());
+        match verdict {
+            Verdict::Named => notes.extend(self.at_ends()),
+            Verdict::Unexplained => notes.push(notes::VALUES_HOLD_THE_GAP.into()),
+            Verdict::Consistent => {}
         }
         notes.extend(
             judged

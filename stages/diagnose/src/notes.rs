@@ -156,6 +156,10 @@ pub(crate) fn astray() -> String {
         .into()
 }
 
+/// What an unexplained gap does to what was identified.
+pub(crate) const VALUES_HOLD_THE_GAP: &str = "what the world lacks is partly in its friction and restitution: the true ones may lie outside \
+     their intervals, which are of a world that lacks nothing";
+
 /// Why effects that move stops have no name.
 pub(crate) const UNPAID: &str = "what fits best, in the notes, moves stops by more than repeats scatter, but a fit to four fifths of the strikes does \
      not show that it predicts the others: log more strikes";

@@ -369,6 +369,8 @@ fn a_table_of_bumps_is_named_and_what_pulls_towards_one_place_is_stated() {
     assert!(gap.after < 0.5 * gap.before, "{gap:?}");
     let magnet = diagnose(&input("magnet=0.48,0.04,0.07,0.9", 120, 47)).diagnosis;
     assert_eq!(magnet.verdict, Verdict::Unexplained, "{}", magnet.summary);
+    let notes = magnet.notes.join("\n");
+    assert!(notes.contains("may lie outside their intervals"), "{notes}");
     let said = "something pulls objects towards (0.4";
     assert!(magnet.summary.contains(said), "{}", magnet.summary);
 }
