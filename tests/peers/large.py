@@ -31,7 +31,7 @@ LOGS = {
     "PNG 4400 × 2500": (4400, 2500, 4, "png", 1, PLAIN, 0),
     "H.264 3840 × 2160, 1 reference image": (3840, 2160, 24, "h264:1", 1, PLAIN, 0),
     "H.264 2560 × 1440, 6 reference images": (2560, 1440, 24, "h264:6", 1, PLAIN, 0),
-    "H.264 1920 × 1080, 14 reference images": (1920, 1080, 40, "h264:14", 1, PLAIN, 0),
+    "H.264 1920 × 1080, 13 reference images": (1920, 1080, 40, "h264:13", 1, PLAIN, 0),
 }
 RIG = """[object]
 shape = "cylinder"

@@ -157,12 +157,14 @@ impl Video {
     }
 }
 
-/// Checks that there is room for what the decoder takes of images of this size. Their pixels as RGB are small, or not there at that time.
+/// Checks that there is room for what the decoder takes of images of this size, and their pixels as RGB, where these are there at that time.
 ///
 /// # Errors
 /// It takes more than [`MOST_BYTES`].
 fn check_video([width, height]: [usize; 2], references: usize) -> Result<(), ImageError> {
-    let bytes = width * height * (2 * DECODED + REFERENCE_HALVES * references) / 2;
+    let pixels = width * height;
+    let rgb = if 3 * pixels > LARGE { 0 } else { 3 * pixels };
+    let bytes = rgb + pixels * (2 * DECODED + REFERENCE_HALVES * references) / 2;
     if bytes > MOST_BYTES {
         return Err(ImageError::VideoMemory {
             width,
@@ -283,7 +285,8 @@ mod tests {
     #[test]
     fn large_images_with_many_references_are_refused() {
         assert_eq!(check_video([3840, 2160], 1), Ok(()));
-        assert_eq!(check_video([1920, 1080], 14), Ok(()));
+        assert_eq!(check_video([1920, 1080], 13), Ok(()));
+        assert!(check_video([1920, 1080], 14).is_err());
         let refused = check_video([3840, 2160], 2).expect_err("too large");
         assert!(refused.to_string().contains("--ref 1"), "{refused}");
     }
