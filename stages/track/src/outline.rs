@@ -182,6 +182,15 @@ impl Outline {
         (area.abs(), [0, 1].map(|i| first.at[i] + sum[i] / area))
     }
 
+    /// The middle of its upper face in px; of a sphere, of all of it.
+    pub(crate) fn middle_of_top(&self) -> [f64; 2] {
+        if self.top.is_empty() {
+            return self.moments().1;
+        }
+        let count = self.top.len() as f64;
+        [0, 1].map(|i| self.top.iter().map(|at| at[i]).sum::<f64>() / count)
+    }
+
     /// Length around, in px.
     pub(crate) fn length(&self) -> f64 {
         self.edges().map(|(a, b)| distance(a.at, b.at)).sum()

@@ -302,13 +302,14 @@ impl Inside {
     ) -> Self {
         /// Rings between the middle and the outline.
         const RINGS: usize = 5;
-        let (_, centre) = fit.outline.moments();
+        let centre = fit.outline.middle_of_top();
         let (mut object, mut glare, mut dark, mut other) = (0usize, 0usize, 0usize, 0usize);
         let (mut beside, mut of) = (0usize, 0usize);
         let total: f32 = fit.object.iter().sum();
         for (ray, left) in fit.rays.iter().zip(&fit.residuals) {
-            // As far in as the side and the blurred edge leave.
-            let inset = (ray.band + fit.window).min(0.5 * crate::outline::distance(ray.at, centre));
+            // As far in as the side and the blurred edge leave: a side may have another colour.
+            let face = crate::outline::distance(ray.at, centre) - ray.band;
+            let inset = ray.band + fit.window.min(0.5 * face);
             let rim = [0, 1].map(|i| ray.at[i] - inset * ray.normal[i]);
             for ring in 0..RINGS {
                 // Of equal area each.
