@@ -434,12 +434,24 @@ def table(head, lines):
     return "\n".join(f"| {' | '.join(line)} |" for line in (head, ["---"] * len(head), *lines))
 
 
+def measured(text):
+    """The results that a page holds, each with what it was measured of."""
+
+    def rows(title):
+        part = text.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
+        cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines() if line.startswith("|")]
+        return cells[2:]
+
+    made = rows("How it was made")
+    return {name: {"lines": rows(TITLES[name]), "tree": tree, "load": float(load)} for name, tree, load in made}
+
+
 def page(results):
     parts = [HEAD]
     for name in PARTS:
         if part := results.get(name):
             parts += [f"## {TITLES[name]}", ABOUT[name], table(HEADS[name], part["lines"])]
-    made = [(name, part["tree"], f"{part['load']:.1f}") for name, part in results.items()]
+    made = [(name, results[name]["tree"], f"{results[name]['load']:.1f}") for name in PARTS if name in results]
     missing = [name for name in PARTS if name not in results]
     parts += [
         "## How it was made",
@@ -457,21 +469,17 @@ def main():
     args = parser.parse_args()
     if unknown := [name for name in args.parts if name not in PARTS]:
         parser.error(f"no part is called {', '.join(unknown)}; there are {', '.join(PARTS)}")
-    kept = ROOT / OUT / ("small.json" if args.small else "outcomes.json")
+    kept = ROOT / (f"{OUT}/small.md" if args.small else "tests/TRACK.md")
     kept.parent.mkdir(parents=True, exist_ok=True)
-
-    def known():
-        return json.loads(kept.read_text()) if kept.exists() else {}
-
-    for name in args.parts or [name for name in PARTS if name not in known()]:
+    known = measured(kept.read_text()) if kept.exists() else {}
+    for name in args.parts or [name for name in PARTS if name not in known]:
         print(f"bench: track {name}", file=sys.stderr, flush=True)
         load, tree = os.getloadavg()[0], output("git", "rev-parse", "--short", "HEAD:stages/track")
         part = {"lines": PARTS[name](args.small), "tree": tree, "load": load}
-        kept.write_text(json.dumps(known() | {name: part}, indent=1))
+        known[name] = part
+        kept.write_text(page(known))
         for line in part["lines"]:
             print("  " + "; ".join(filter(None, line)), file=sys.stderr)
-    made = page(known())
-    (ROOT / (f"{OUT}/small.md" if args.small else "tests/TRACK.md")).write_text(made)
 
 
 if __name__ == "__main__":
