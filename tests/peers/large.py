@@ -29,9 +29,9 @@ LOGS = {
     "JPEG 7000 × 4150, nearly the largest that is read": (7000, 4150, 6, "jpeg", 1, PLAIN, 0),
     "progressive JPEG 4600 × 3000": (4600, 3000, 6, "progressive", 1, PLAIN, 0),
     "PNG 4400 × 2500": (4400, 2500, 4, "png", 1, PLAIN, 0),
-    "H.264 3840 × 2160, 1 reference image": (3840, 2160, 24, "h264:1", 1, PLAIN, 0),
-    "H.264 2560 × 1440, 6 reference images": (2560, 1440, 24, "h264:6", 1, PLAIN, 0),
-    "H.264 1920 × 1080, 13 reference images": (1920, 1080, 40, "h264:13", 1, PLAIN, 0),
+    "H.264 3840 × 2160, 1 reference image, in one slice": (3840, 2160, 24, "h264:1", 1, PLAIN, 0),
+    "H.264 2560 × 1440, 6 reference images, in slices": (2560, 1440, 24, "h264:6", 1, PLAIN, 0),
+    "H.264 1920 × 1080, 12 reference images, in slices": (1920, 1080, 40, "h264:12", 1, PLAIN, 0),
 }
 RIG = """[object]
 shape = "cylinder"
@@ -88,7 +88,8 @@ def main():
     (folder / "rig.toml").write_text(RIG.format(f=focal, x=width / 2, y=height / 2))
     is_raw = encoding == "rgb8"
     encoding, _, references = encoding.partition(":")
-    video = Encoder(width, height, frames, int(references)) if references else None
+    words = {"refs": references} | ({"threads": "1"} if "one slice" in name else {})
+    video = Encoder(width, height, frames, words) if references else None
     rng = np.random.default_rng(1)
     table = (150 + 2 * rng.normal(size=(height, width, 3))).clip(0, 255).astype(np.uint8)
     with open(folder / "log.mcap", "wb") as file:

@@ -64,7 +64,7 @@ ABOUT = {
     "strikes": "The demo's strikes as centroids (noise of 0.7 mm) and as images of its camera (640 × 480, JPEG), each through `carom run`. Stop error: "
     "mean and its standard error over the same fresh targets, each struck once by the published model (`carom trial`).",
     "memory": "`carom track` on logs of large messages (`tests/peers/large.py`), on two cores. What is held is a message, not a chunk; the pixels of as many images "
-    "as fit into 44 MB, or of one; and in the beginning those of up to 20 images, 44 MB. An image whose pixels take more than 95 MB with what they are decoded from is refused: raw ones from 16 million pixels on, JPEG from 30, H.264 at 3840 × 2160 with more than one reference image.",
+    "as fit into 44 MB, or of one; and in the beginning those of up to 20 images, 44 MB. An image whose pixels take more than 95 MB with what they are decoded from is refused: raw ones from 16 million pixels on, JPEG from 30, H.264 at 3840 × 2160 with more than one reference image, or in several slices.",
     "boards": "A ChArUco board that OpenCV draws, seen by a known camera (1280 × 720, plumb_bob lens) from known places, with blur, noise and JPEG 92: "
     "`carom camera calibrate` and OpenCV's detector with `calibrateCamera` on the same images. The pose is that of the camera that sees the board on "
     "the table.",

@@ -9,16 +9,15 @@ import av
 
 
 class Encoder:
-    """Of images of one size, a key frame every KEY; with so many reference images, where it is said how many."""
+    """Of images of one size, a key frame every KEY; with other words for x264."""
 
-    def __init__(self, width, height, key, references=None):
+    def __init__(self, width, height, key, words=None):
         self.encoder = av.codec.CodecContext.create("libx264", "w")
         self.encoder.width, self.encoder.height, self.encoder.pix_fmt = width, height, "yuv420p"
         self.encoder.framerate = 60
         self.encoder.time_base = fractions.Fraction(1, 60)
         self.encoder.options = {"preset": "medium", "tune": "zerolatency", "crf": "18", "bf": "0", "g": str(key), "x264-params": "aud=1:repeat-headers=1:scenecut=0:colormatrix=smpte170m"}
-        if references:
-            self.encoder.options = self.encoder.options | {"refs": str(references)}
+        self.encoder.options = self.encoder.options | (words or {})
         self.number = 0
 
     def add(self, image):

@@ -21,7 +21,7 @@ pub enum ImageError {
     },
     #[error(
         "its decoder takes {} MB for {width} × {height} pixels with {references} reference images, and at most {} MB may be taken: record smaller \
-         images, or with fewer reference images (x264: --ref 1)", bytes / 1_000_000, MOST_BYTES / 1_000_000
+         images, with fewer reference images (x264: --ref 1), or each in one slice (x264: --threads 1)", bytes / 1_000_000, MOST_BYTES / 1_000_000
     )]
     VideoMemory {
         width: usize,
