@@ -57,11 +57,6 @@ impl HardOutcome {
         Some((floor / repeats, after / repeats))
     }
 
-    /// Whether a floor is within a fifth of what repeats really scatter by; none where either is not known.
-    pub fn floor_is_right(&self, floor: Option<f64>) -> Option<bool> {
-        Some((0.8..=1.2).contains(&(floor? / self.repeats?)))
-    }
-
     /// Whether more effects were named than there are names for what is hidden.
     pub fn has_a_name_too_many(&self) -> bool {
         let nameable = self.hidden().iter().filter(|h| is_nameable(h));

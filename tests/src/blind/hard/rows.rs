@@ -33,8 +33,9 @@ pub(super) fn figures(made: &[&HardOutcome]) -> Vec<Figure> {
     let wrong = |o: &HardOutcome| !o.is_right();
     let named = |o: &HardOutcome| o.case.kind.listed() == HardKind::Single;
     let many = |o: &HardOutcome| o.drawn.as_ref().is_some_and(|drawn| drawn.strikes() > 60);
-    let stated = |o: &HardOutcome| o.floor_is_right((o.answer.gap.0 > 0).then_some(o.answer.gap.3));
-    let known_mean = |o: &HardOutcome| o.floor_is_right(o.few_repeats);
+    let is_near = |ratio: f64| (0.8..=1.2).contains(&ratio);
+    let stated = |o: &HardOutcome| Some(is_near(o.over_repeats()?.0));
+    let known_mean = |o: &HardOutcome| Some(is_near(o.few_repeats? / o.repeats?));
     let covered: Vec<&Covered> = made.iter().flat_map(|o| &o.covered).collect();
     let mut figures = vec![
         figure(
