@@ -188,12 +188,11 @@ impl Background {
 
     /// A pixel; none where it is not known.
     pub(crate) fn pixel(&self, x: f64, y: f64) -> Option<[u8; 3]> {
-        let (x, y) = (x.round(), y.round());
-        let is_in =
-            x >= 0.0 && y >= 0.0 && x < self.image.width as f64 && y < self.image.height as f64;
-        let (column, row) = (x as usize, y as usize);
-        (is_in && self.is_known[row * self.image.width + column])
-            .then(|| self.image.pixel(column, row))
+        self.known(within(x, self.image.width)?, within(y, self.image.height)?)
+    }
+
+    fn known(&self, column: usize, row: usize) -> Option<[u8; 3]> {
+        self.is_known[row * self.image.width + column].then(|| self.image.pixel(column, row))
     }
 
     /// Makes values of a map the share of a pixel that is object: what the table has of the object's colour is taken off, where it is known.
@@ -207,13 +206,19 @@ impl Background {
         let part = map.part;
         let [x, y] = alignment.shift;
         let gain = alignment.light.powf(1.0 / 2.2);
-        for (at, value) in map.values.iter_mut().enumerate() {
-            let column = (part.left + at % part.width) as f64 - x;
-            let row = (part.top + at / part.width) as f64 - y;
-            if let Some(rgb) = self.pixel(column, row) {
-                let own = contrast.of(rgb.map(|byte| gain * codes[usize::from(byte)]));
-                if own.abs() < MOST_OWN {
-                    *value = (*value - own) / (1.0 - own);
+        let codes = codes.map(|code| gain * code);
+        let columns = (part.left..).map(|column| within(column as f64 - x, self.image.width));
+        let columns: Vec<Option<usize>> = columns.take(part.width).collect();
+        for (row, values) in map.values.chunks_exact_mut(part.width).enumerate() {
+            let Some(row) = within((part.top + row) as f64 - y, self.image.height) else {
+                continue;
+            };
+            for (value, column) in values.iter_mut().zip(&columns) {
+                if let Some(rgb) = column.and_then(|column| self.known(column, row)) {
+                    let own = contrast.of(rgb.map(|byte| codes[usize::from(byte)]));
+                    if own.abs() < MOST_OWN {
+                        *value = (*value - own) / (1.0 - own);
+                    }
                 }
             }
         }
@@ -223,6 +228,12 @@ impl Background {
     pub(crate) fn is_coloured(&self, column: usize, row: usize) -> bool {
         self.is_coloured[row * self.image.width + column]
     }
+}
+
+/// The pixel in which a place lies, of so many.
+fn within(at: f64, size: usize) -> Option<usize> {
+    let at = at.round();
+    (at >= 0.0 && at < size as f64).then_some(at as usize)
 }
 
 /// A row of pixels: its number, bytes, and whether each pixel is known, always coloured and steady.

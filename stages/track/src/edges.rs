@@ -91,8 +91,9 @@ pub(crate) struct Edges {
     pub(crate) found: Vec<Edge>,
     /// How bright this image shows the object's side.
     pub(crate) side: SideSums,
-    /// How wide most of the edges are blurred at the most: the mean distance, in px, by which the profile misses a step.
-    pub(crate) spread: f64,
+    profiles: Vec<Option<Profile>>,
+    /// The side's brightness that they were found with.
+    bright: Side,
 }
 
 /// Finds the edge along every ray, within `window` px of the outline, of which the outer `level` px on both ends give the levels.
@@ -120,7 +121,6 @@ pub(crate) fn edges(
         }
     }
     let side = known.copied().unwrap_or_else(|| sums.fit());
-    let mut spreads = Vec::new();
     let found = rays
         .iter()
         .zip(&profiles)
@@ -130,9 +130,7 @@ pub(crate) fn edges(
                 if is_strict && !is_table(window) && !is_table(window - level) {
                     return None;
                 }
-                let edge = profile.edge(ray, window, &side)?;
-                spreads.push(profile.spread(ray, window, edge, &side));
-                Some(edge)
+                profile.edge(ray, window, &side)
             }
             None => {
                 let value = own_contrast(table, ray, [window, level])?;
@@ -142,13 +140,26 @@ pub(crate) fn edges(
                 (profile.spread(ray, window, edge, &side) < MOST_OWN_SPREAD).then_some(edge)
             }
         });
-    let found = found.collect();
-    spreads.sort_by(f64::total_cmp);
-    let most = (MOST_SPREADS * spreads.len() as f64) as usize;
     Edges {
-        found,
+        found: found.collect(),
         side: sums,
-        spread: spreads.get(most).copied().unwrap_or(0.0),
+        profiles,
+        bright: side,
+    }
+}
+
+impl Edges {
+    /// How wide most of the edges are blurred at the most: the mean distance, in px, by which the profile misses a step.
+    pub(crate) fn spread(&self, rays: &[Ray], window: f64) -> f64 {
+        let seen = rays.iter().zip(&self.profiles).zip(&self.found);
+        let spreads = seen.filter_map(|((ray, profile), edge)| {
+            let profile = profile.as_ref()?;
+            Some(profile.spread(ray, window, (*edge)?, &self.bright))
+        });
+        let mut spreads: Vec<f64> = spreads.collect();
+        spreads.sort_by(f64::total_cmp);
+        let most = (MOST_SPREADS * spreads.len() as f64) as usize;
+        spreads.get(most).copied().unwrap_or(0.0)
     }
 }
 

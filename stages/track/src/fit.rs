@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::change::{BandSums, Change, PatternSums, Prior};
 use crate::colour::{Contrast, Map, Part, Range};
-use crate::edges::{Edge, Edges, Ray, SideSums, WIDE_BAND, edges, rays};
+use crate::edges::{Edge, Ray, SideSums, WIDE_BAND, edges, rays};
 use crate::learned::Learned;
 use crate::outline::{Outline, Pose, Solid};
 use crate::size::GLARE;
@@ -135,10 +135,10 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
         let first = if step == 0 { FIRST } else { 0.0 };
         let window = (window + first).min(0.8 * narrow).max(2.0);
         let level = LEVEL.min(0.5 * window);
-        if leaves(scene, &rays(&outline, SPACING)) {
+        let rays = rays(&outline, SPACING);
+        if leaves(scene, &rays) {
             return Err(NoFit::Border);
         }
-        let rays = rays(&outline, SPACING);
         let far = scale * (pose.x - mapped.x).hypot(pose.y - mapped.y);
         let seen = match colours.take() {
             Some(colours) if far < FIRST => colours,
@@ -149,11 +149,7 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
         };
         let ends = [window, level];
         let known = scene.learned.side.as_ref();
-        let Edges {
-            found,
-            side,
-            spread,
-        } = edges(
+        let edges = edges(
             &seen.map,
             &seen.table,
             &rays,
@@ -161,7 +157,8 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
             (known, scene.is_strict),
         );
         prior.turns = scene.solid.turns() && step > 0;
-        let change = Change::least(&rays, &found, &prior).ok_or(NoFit::NoEdges)?;
+        let found = &edges.found;
+        let change = Change::least(&rays, found, &prior).ok_or(NoFit::NoEdges)?;
         let [x, y, yaw, larger] = change.parts;
         let moved = scale * (x.hypot(y) + scene.solid.reach() * yaw.abs());
         if !moved.is_finite() {
@@ -171,7 +168,7 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
         pose.y += y;
         pose.yaw += yaw;
         if (moved < DONE && step > 1) || step + 1 == STEPS {
-            let deviation = change.deviation(&rays, &found, &prior);
+            let deviation = change.deviation(&rays, found, &prior);
             let deviation = deviation.ok_or(NoFit::NoEdges)?;
             // A wide side shows how bright it is.
             let narrow = rays.iter().map(|ray| ray.band.min(WIDE_BAND));
@@ -182,21 +179,21 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
             };
             return Ok(Fit {
                 pose,
-                residuals: change.residuals(&rays, &found),
+                residuals: change.residuals(&rays, found),
                 deviation: deviation.hypot(of_side),
-                band: change.pattern(&rays, &found, &prior, |ray| {
+                band: change.pattern(&rays, found, &prior, |ray| {
                     ray.band * Vector3::new(1.0, ray.normal[0], ray.normal[1])
                 }),
                 shear: {
                     let (_, [_, middle]) = outline.moments();
                     let rows = scene.image.height as f64;
-                    change.pattern(&rays, &found, &prior, |ray| {
+                    change.pattern(&rays, found, &prior, |ray| {
                         (ray.at[1] - middle) / rows * Vector2::new(ray.moves[0], ray.moves[1])
                     })
                 },
                 unsure_of_side: LEARNT_SIDE * narrow,
-                side,
-                spread,
+                side: edges.side,
+                spread: edges.spread(&rays, window),
                 rays,
                 outline,
                 larger: larger - scene.learned.larger[0],
@@ -328,13 +325,10 @@ fn colours_around<'a>(
     if object.len().min(table.len()) < FEWEST_PIXELS {
         return Err(NoFit::NoContrast);
     }
-    let contrast = Contrast::between(
-        median(scene.codes, &mut object),
-        median(scene.codes, &mut table),
-        image.grey,
-    );
-    let object = median(scene.light, &mut object);
-    let table = median(scene.light, &mut table);
+    let [object, table] = [median(&mut object), median(&mut table)];
+    let of = |scale: &[f32; 256], rgb: [u8; 3]| rgb.map(|code| scale[usize::from(code)]);
+    let contrast = Contrast::between(of(scene.codes, object), of(scene.codes, table), image.grey);
+    let [object, table] = [object, table].map(|rgb| of(scene.light, rgb));
     let contrast = contrast.ok_or(NoFit::NoContrast)?;
     let [low, high] = outline.bounds();
     let around = window + FIRST + 2.0;
@@ -363,11 +357,11 @@ fn colours_around<'a>(
     })
 }
 
-/// The median light of each channel.
-fn median(light: &[f32; 256], pixels: &mut [[u8; 3]]) -> [f32; 3] {
+/// The median of each channel.
+fn median(pixels: &mut [[u8; 3]]) -> [u8; 3] {
     let middle = pixels.len() / 2;
     [0, 1, 2].map(|channel| {
         let (_, median, _) = pixels.select_nth_unstable_by_key(middle, |rgb| rgb[channel]);
-        light[usize::from(median[channel])]
+        median[channel]
     })
 }
