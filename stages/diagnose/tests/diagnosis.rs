@@ -376,6 +376,31 @@ fn a_table_of_bumps_is_named_and_what_pulls_towards_one_place_is_stated() {
 }
 
 #[test]
+fn what_no_table_and_no_arm_does_is_stated_and_nothing_is_named_for_it() {
+    for (hidden, seed, said) in [
+        (
+            "side_force=0.35",
+            51,
+            "paths curl to the left, by a force across the way of 0.3",
+        ),
+        (
+            "swirl=1.0,0.5,-0.1",
+            52,
+            "something pushes objects round about (0.5",
+        ),
+        (
+            "stitched_cameras=0.48,0.004,0.008",
+            53,
+            "objects are seen shifted by",
+        ),
+    ] {
+        let found = diagnose(&input(hidden, 90, seed)).diagnosis;
+        assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
+        assert!(found.summary.contains(said), "{}", found.summary);
+    }
+}
+
+#[test]
 fn a_table_that_is_levelled_anew_for_each_session_is_no_arm_and_no_friction() {
     let tilts = ["-0.012,0.02", "0.015,-0.02", "0.01,0.025"];
     let mut all = input("none", 2, 1);

@@ -42,7 +42,9 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::local_pull::SPEC,
     &super::local_push::SPEC,
     &super::path_curl::SPEC,
+    &super::air_whirl::SPEC,
     &super::camera_stretch::SPEC,
+    &super::camera_seam::SPEC,
     &super::table_tilt_by_session::SPEC,
 ];
 

@@ -6,10 +6,12 @@
 
 mod action;
 mod added;
+mod air_whirl;
 mod anisotropic_friction;
 mod camera_distortion;
 mod camera_lean;
 mod camera_rotation;
+mod camera_seam;
 mod camera_stretch;
 mod field;
 mod footprint;

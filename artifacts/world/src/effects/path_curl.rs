@@ -1,44 +1,67 @@
-//! A path that curls: a force across the way, a constant part of friction, as on an object that spins or that leans on one edge.
+//! A path that curls: a force across the way, of which one part is friction's and one grows with speed.
+//!
+//! An object that spins or leans on one edge is pushed aside by a part of friction, one that spins in air by its speed (Magnus).
 
 use values::Point;
 
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
-    wording,
+    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
+    Parameters, Slide, wording,
 };
 
 /// Speed in m/s below which the way has no direction.
 const STILL: f64 = 1e-6;
 
-/// Path curl; parameter `part`: force to the left of the way over that of friction.
+/// Path curl; parameters `part`: force to the left of the way over that of friction; `rate`: acceleration to the left over the speed.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "path_curl",
-    parameters: Parameters::Listed(&[EffectParameter::new("part", "", [-1.0, 1.0], 0.05)]),
+    parameters: Parameters::Listed(&[
+        EffectParameter::new("part", "", [-1.0, 1.0], 0.05),
+        EffectParameter::new("rate", "1/s", [-5.0, 5.0], 0.1),
+    ]),
     family: Family::FrictionByHeading,
     origin: Origin::Table,
     equivalent: &[],
     contains: &[],
     naming: Naming::Never,
-    source: "sideways friction of an object that turns or tips while it slides (Penner 2001, on curling stones), at its simplest",
-    starts: |_| FitStart::linear(("part", 0.01)),
+    source: "sideways friction of an object that turns or tips while it slides (Penner 2001, on curling stones), at its simplest; lift of a body \
+             that spins in a fluid (Magnus), in proportion to its speed",
+    starts: |_| {
+        let strengths = [("part", 0.01), ("rate", 0.01)];
+        let both = strengths.map(|strength| Column::new(&[], strength));
+        let each = strengths.into_iter().flat_map(FitStart::linear);
+        let both = FitStart::new(both.into(), &["part", "rate"]);
+        each.chain([both]).collect()
+    },
     build: |values, _| {
         Box::new(PathCurl {
             part: values.get("part"),
+            rate: values.get("rate"),
         })
     },
     statement: |values| {
-        let part = values.get("part");
+        let (part, rate) = (values.get("part"), values.get("rate"));
+        let friction = format!("{} of friction's", wording::percent(part));
+        let speed = format!("{:.2} m/s² for every m/s", rate.abs());
+        let (left, force) = match (part == 0.0, rate == 0.0) {
+            (false, false) if part * rate < 0.0 => {
+                (part, format!("{friction}, less {speed} of speed"))
+            }
+            (false, false) => (part, format!("{friction} and {speed} of speed")),
+            (true, _) => (rate, format!("{speed} of speed")),
+            (_, true) => (part, friction),
+        };
         format!(
-            "paths curl to the {}, by a force across the way of {} of friction's: an object that spins or stands on one edge does so; look at its \
+            "paths curl to the {}, by a force across the way of {force}: an object that spins or stands on one edge does so; look at its \
              base, and at whether the tip strikes its middle",
-            wording::side(part),
-            wording::percent(part)
+            wording::side(left),
         )
     },
 };
 
 struct PathCurl {
     part: f64,
+    rate: f64,
 }
 
 impl Effect for PathCurl {
@@ -52,7 +75,7 @@ impl Effect for PathCurl {
             return Point::default();
         }
         let left = Point::new(-slide.velocity.y, slide.velocity.x) * speed.recip();
-        left * (self.part * slide.dry)
+        left * (self.part * slide.dry + self.rate * speed)
     }
 }
 
@@ -64,9 +87,9 @@ mod tests {
 
     #[test]
     fn the_stop_follows_its_formula() {
-        let slid = Bench::with("path_curl", &[("part", 0.1)]).slide(0.9, 0.1);
+        let slid = Bench::with("path_curl", &[("part", 0.1), ("rate", -0.2)]).slide(0.9, 0.1);
         slid.assert_integrates(|_, velocity| {
-            Point::new(-velocity.y, velocity.x) * (0.1 * DRY / velocity.norm())
+            Point::new(-velocity.y, velocity.x) * (0.1 * DRY / velocity.norm() - 0.2)
         });
     }
 }

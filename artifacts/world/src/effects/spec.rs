@@ -104,6 +104,8 @@ pub enum Family {
     SeenByPlace,
     /// Position seen by the camera, by the direction of the slide.
     SeenByHeading,
+    /// Position seen by the camera, on either side of a line.
+    SeenBySide,
 }
 
 impl Family {

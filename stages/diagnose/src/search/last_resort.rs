@@ -142,8 +142,8 @@ fn held_beside(selection: &Selection<'_>, candidate: &Candidate) -> Vec<&'static
 
 /// Whether a candidate may replace an effect: one of its kind; for a surface of any shape also patches and edges of friction or a lens, which it may
 /// have been taken for (beside a lens it would take what the lens's form leaves). A path that curls is taken for a slope and a grain together; a
-/// picture that is stretched, for an arm that errs by angle and a grain; a table that slopes otherwise in each session, for directions, friction and
-/// a slope.
+/// picture that is stretched, for an arm that errs by angle and a grain; one that is shifted beyond a line, for an arm that errs; a table that
+/// slopes otherwise in each session, for directions, friction and a slope.
 fn takes_place_of(candidate: &str, held: &str) -> bool {
     match (kind(candidate), kind(held)) {
         (Some(Family::ForceByPlace), Some(Family::FrictionByPlace | Family::SeenByPlace)) => true,
@@ -151,6 +151,16 @@ fn takes_place_of(candidate: &str, held: &str) -> bool {
         (
             Some(Family::SeenByHeading),
             Some(Family::LaunchAngle | Family::LaunchAngleByCommand | Family::FrictionByHeading),
+        ) => true,
+        (
+            Some(Family::SeenBySide),
+            Some(
+                Family::LaunchAngle
+                | Family::LaunchAngleByCommand
+                | Family::LaunchByPlace
+                | Family::SeenByPlace
+                | Family::SeenByHeading,
+            ),
         ) => true,
         (
             Some(Family::ForceBySession),

@@ -60,8 +60,9 @@ pub(crate) fn family(name: &str) -> &'static [Covariate] {
         Family::LaunchAngle => &[Covariate::Angle],
         // Not by commanded speed: bumps over that change the delivered speed too, and would take an arm that saturates.
         Family::LaunchAngleByCommand => &[Covariate::Angle],
-        Family::ForceByPlace | Family::ForceBySession | Family::SeenByPlace => {
-            &[Covariate::Position]
-        }
+        Family::ForceByPlace
+        | Family::ForceBySession
+        | Family::SeenByPlace
+        | Family::SeenBySide => &[Covariate::Position],
     }
 }

@@ -1,4 +1,4 @@
-//! A force across the velocity: a = ω·(−v_y, v_x). The library has no such effect: this file is all that one takes.
+//! A force across the velocity: a = ω·(−v_y, v_x). The library states such a force and never names it: this file is all that an effect takes.
 
 use values::{Point, Rig};
 use world::effects::{

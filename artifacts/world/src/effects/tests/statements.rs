@@ -161,10 +161,28 @@ fn fitted_values_are_stated_in_a_sentence() {
              base, and at whether the tip strikes its middle",
         ),
         (
+            "path_curl",
+            &[("part", -0.12), ("rate", 0.4)],
+            "paths curl to the right, by a force across the way of 12 % of friction's, less 0.40 m/s² for every m/s of speed: an object that spins or \
+             stands on one edge does so; look at its base, and at whether the tip strikes its middle",
+        ),
+        (
+            "air_whirl",
+            &[("rate", 0.8), ("center_y", 0.1)],
+            "something pushes objects round about (0.50, 0.10) m, to the left, by 0.80 m/s² for every metre from there, as air that turns does and no \
+             table: look for a fan or an outlet of air, and log again without it",
+        ),
+        (
             "camera_stretch",
             &[("diagonal", 0.01)],
             "the camera shows lengths 2.0 % longer towards 45° from +x than across it: its calibration is not that of this table (a homography of other \
              points, pixels that are not square, a readout that is not stated); calibrate it again, and measure a known length both ways",
+        ),
+        (
+            "camera_seam",
+            &[("offset", -0.1), ("shift_x", 0.003), ("shift_y", 0.003)],
+            "beyond a line through (0.40, 0.00) m, across 0° from +x, objects are seen shifted by 4.2 mm towards 45°: two cameras or two calibrations do \
+             not agree there, or a border of light or print pulls the tracker; look at images of the line, and calibrate again",
         ),
         (
             "table_tilt_by_session",
