@@ -7,7 +7,9 @@ use world::{
 };
 
 use crate::{
-    Diagnose, DiagnoseError, Diagnosed, Input, camera_drift,
+    Diagnose, DiagnoseError, Diagnosed, Input,
+    alias::Alias,
+    camera_drift,
     candidates::is_never_named,
     constancy,
     diagnosis::{
@@ -88,7 +90,7 @@ impl Case<'_, '_> {
             .collect();
         let judged = self.judge(&strikes)?;
         let named = match &judged.world {
-            Some(world) => self.named(world)?,
+            Some(world) => self.named(world, Alias::of(&self.input.rig, &strikes))?,
             None => Vec::new(),
         };
         let verdict = judged.verdict;
@@ -306,6 +308,21 @@ impl Case<'_, '_> {
             let cause = Some(notes::CAMERA_DRIFTS.into());
             return Ok(unnamed(unexplained, cause, Some(note)));
         }
+        let alias = Alias::of(rig, strikes);
+        if self
+            .names()
+            .into_iter()
+            .any(|n| alias.is_drift_of_heading(n))
+        {
+            let note = notes::not_named(&self.names(), "a heading that drifts would do the same");
+            let cause = Some(notes::ANGLES_IN_ORDER.into());
+            return Ok(unnamed(unexplained, cause, Some(note)));
+        }
+        if alias.is_stack(&self.names()) {
+            let note = notes::not_named(&self.names(), "all strikes start at one place");
+            let cause = Some(notes::FROM_ONE_PLACE.into());
+            return Ok(unnamed(unexplained, cause, Some(note)));
+        }
         if let Some(changing) = constancy::changing(self.selection, self.stage.seed) {
             let note = notes::not_named(&self.names(), "it does not act alike in all strikes");
             let cause = Some(notes::changes(&changing));
@@ -403,7 +420,7 @@ impl Case<'_, '_> {
         }
     }
 
-    fn named(&self, world: &World) -> Result<Vec<NamedEffect>, DiagnoseError> {
+    fn named(&self, world: &World, alias: Alias) -> Result<Vec<NamedEffect>, DiagnoseError> {
         world
             .effects
             .iter()
@@ -427,7 +444,14 @@ impl Case<'_, '_> {
                         .collect(),
                     statement: effects::statement(added)?,
                     evidence: selected.evidence,
-                    equivalent: selected.equivalent.iter().map(|n| n.to_string()).collect(),
+                    equivalent: {
+                        let mut alike = selected.equivalent.clone();
+                        let more = alias.alike(selected.name).into_iter();
+                        let names = self.names();
+                        let more = more.filter(|n| !names.contains(n) && !alike.contains(n));
+                        alike.extend(more.collect::<Vec<_>>());
+                        alike.into_iter().map(String::from).collect()
+                    },
                     rivals: selected
                         .rivals
                         .iter()

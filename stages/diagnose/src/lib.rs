@@ -9,6 +9,7 @@
 //! ([`search`]); what they name must predict strikes that took no part ([`heldout`]). Whatever it is called: what depends on
 //! commands, places and order, asked by permutations, before and beside the effects ([`question`]). The gap is judged in MuJoCo ([`gap`]).
 
+mod alias;
 mod arm;
 mod camera_drift;
 mod candidates;

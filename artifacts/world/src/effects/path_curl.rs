@@ -26,7 +26,11 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Never,
     source: "sideways friction of an object that turns or tips while it slides (Penner 2001, on curling stones), at its simplest; lift of a body \
              that spins in a fluid (Magnus), in proportion to its speed",
-    starts: |_| {
+    starts: |experiment| {
+        // Along one way a slope and a grain push across it, too.
+        if experiment.is_one_way() {
+            return Vec::new();
+        }
         let strengths = [("part", 0.01), ("rate", 0.01)];
         let both = strengths.map(|strength| Column::new(&[], strength));
         let each = strengths.into_iter().flat_map(FitStart::linear);

@@ -13,6 +13,9 @@ use super::parameters::Parameters;
 /// Distance that a place may lie beyond the strikes, as a share of their extent: one far away is a slope by another name.
 const BEYOND: f64 = 0.25;
 
+/// Standard deviation of commanded angles (rad) below which all strikes go one way.
+const ONE_WAY: f64 = 0.02;
+
 /// Frames that a cell must hold for an effect to be tried there ([`FitStart::at_places`]).
 const FRAMES: usize = 12;
 
@@ -243,6 +246,15 @@ impl Experiment<'_> {
                     (low.min(v), high.max(v))
                 })
         })
+    }
+
+    /// Whether all strikes go one way, so that a force across it does not tell what it acts by.
+    pub fn is_one_way(&self) -> bool {
+        let angles = self.strikes.iter().map(|strike| strike.command.angle);
+        let count = self.strikes.len().max(1) as f64;
+        let mean = angles.clone().sum::<f64>() / count;
+        let variance = angles.map(|angle| (angle - mean).powi(2)).sum::<f64>() / count;
+        variance < ONE_WAY * ONE_WAY
     }
 
     /// Middles of the cells of this width (m) in which at least so many frames were seen.

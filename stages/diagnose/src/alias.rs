@@ -1,0 +1,181 @@
+//! What a design runs together: where commands or starts follow the order of strikes, an arm that errs by them and one that drifts do the same
+//! to every strike; in one direction a slope and a grain do; from one place, what acts by place and what acts by the time or the way since the launch.
+
+use values::{Rig, Strike};
+use world::effects::{Experiment, Family, effect};
+
+/// Squared correlation with the order of strikes beyond which a covariate and the order are one: it takes four of five parts of what depends on either.
+const ONE: f64 = 0.8;
+
+/// Standard deviation of starts (m) below which all strikes begin at one place; so many effects that act together from there are none of them.
+const ONE_PLACE: f64 = 0.02;
+const STACK: usize = 3;
+
+/// What is one in these strikes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Alias {
+    /// Commanded speed, commanded angle and start, each with the order.
+    speed: bool,
+    angle: bool,
+    start: bool,
+    /// All directions, and all places of start.
+    is_one_way: bool,
+    is_one_place: bool,
+}
+
+impl Alias {
+    pub(crate) fn of(rig: &Rig, strikes: &[&Strike]) -> Self {
+        let order = |strike: &Strike| strike.conditions.order;
+        let of = |covariate: fn(&Strike) -> f64| {
+            let pairs = strikes.iter().map(|s| (order(s), covariate(s)));
+            squared_correlation(&pairs.collect::<Vec<_>>()) > ONE
+        };
+        let deviation = |place: fn(&Strike) -> f64| {
+            let places = strikes.iter().map(|strike| place(strike));
+            let count = strikes.len().max(1) as f64;
+            let mean = places.clone().sum::<f64>() / count;
+            (places.map(|at| (at - mean).powi(2)).sum::<f64>() / count).sqrt()
+        };
+        Self {
+            speed: of(|s| s.command.speed),
+            angle: of(|s| s.command.angle),
+            start: of(|s| s.initial.x) || of(|s| s.initial.y),
+            is_one_way: Experiment { rig, strikes }.is_one_way(),
+            is_one_place: deviation(|s| s.initial.x).hypot(deviation(|s| s.initial.y)) < ONE_PLACE,
+        }
+    }
+
+    /// Effects that these strikes cannot tell from this one.
+    pub(crate) fn alike(self, name: &str) -> Vec<&'static str> {
+        let by_speed = ["striker_speed_error", "speed_dependent_restitution"];
+        let drift = "restitution_drift";
+        match effect(name).map(|spec| spec.family) {
+            Ok(Family::LaunchSpeed | Family::RestitutionBySpeed) if self.speed => vec![drift],
+            Ok(Family::LaunchByPlace) if self.start => vec![drift],
+            Ok(Family::RestitutionByOrder) => {
+                let speed = by_speed.into_iter().filter(|_| self.speed);
+                let start = self.start.then_some("striker_error_by_place");
+                speed.chain(start).collect()
+            }
+            Ok(Family::FrictionByHeading) if self.is_one_way => vec!["table_tilt"],
+            _ if name == "table_tilt" && self.is_one_way => vec!["anisotropic_friction"],
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether these are so many effects, from one place, that something which changes along every slide may be behind them.
+    pub(crate) fn is_stack(self, names: &[&str]) -> bool {
+        self.is_one_place && names.len() >= STACK
+    }
+
+    /// Whether this effect is one with a drift of the heading, which has no name.
+    pub(crate) fn is_drift_of_heading(self, name: &str) -> bool {
+        let family = effect(name).map(|spec| spec.family);
+        self.angle && matches!(family, Ok(Family::LaunchAngleByCommand))
+    }
+}
+
+/// Squared correlation; none of values that do not vary.
+fn squared_correlation(pairs: &[(f64, f64)]) -> f64 {
+    let n = pairs.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let [mut xx, mut xy, mut yy] = [0.0; 3];
+    for (a, b) in pairs {
+        xx += (a - x).powi(2);
+        xy += (a - x) * (b - y);
+        yy += (b - y).powi(2);
+    }
+    match xx * yy > 0.0 {
+        true => xy * xy / (xx * yy),
+        false => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use values::{Command, Conditions, Point, Shape, Split, Track};
+
+    use super::*;
+
+    fn strikes(command: impl Fn(f64) -> Command, start: impl Fn(f64) -> Point) -> Vec<Strike> {
+        (0..20u32)
+            .map(|i| Strike {
+                id: i.to_string(),
+                log: "a.mcap".into(),
+                index: i as usize,
+                t_start: f64::from(i),
+                initial: start(f64::from(i)),
+                stop: Point::new(0.9, 0.1),
+                command: command(f64::from(i)),
+                track: Track::default(),
+                split: Split::Train,
+                conditions: Conditions {
+                    order: f64::from(i),
+                    ..Conditions::default()
+                },
+                delivered: None,
+            })
+            .collect()
+    }
+
+    fn alias(command: impl Fn(f64) -> Command, start: impl Fn(f64) -> Point) -> Alias {
+        let strikes = strikes(command, start);
+        let rig = Rig::demo(Shape::Cylinder);
+        Alias::of(&rig, &strikes.iter().collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn a_sweep_in_order_is_one_with_a_drift() {
+        let mixed = |i: f64| (7.0 * i).rem_euclid(20.0);
+        let place = |i: f64| Point::new(0.3 + 0.01 * mixed(i), 0.0);
+        let swept = alias(
+            |i| Command {
+                speed: 0.5 + 0.02 * i,
+                angle: 0.03 * mixed(i) - 0.3,
+            },
+            place,
+        );
+        assert_eq!(swept.alike("striker_speed_error"), ["restitution_drift"]);
+        let by_speed = ["striker_speed_error", "speed_dependent_restitution"];
+        assert_eq!(swept.alike("restitution_drift"), by_speed);
+        assert!(swept.alike("striker_error_by_place").is_empty());
+        assert!(!swept.is_drift_of_heading("striker_angle_error"));
+        let turned = alias(
+            |i| Command {
+                speed: 0.5 + 0.02 * mixed(i),
+                angle: 0.03 * i - 0.3,
+            },
+            place,
+        );
+        assert!(turned.is_drift_of_heading("striker_angle_error"));
+        assert!(!turned.is_drift_of_heading("striker_angle_bias"));
+        assert!(turned.alike("restitution_drift").is_empty());
+    }
+
+    #[test]
+    fn in_one_direction_a_slope_is_a_grain() {
+        let one = |i: f64| Command {
+            speed: 0.5 + 0.02 * (7.0 * i).rem_euclid(20.0),
+            angle: 0.1,
+        };
+        let start = |i: f64| Point::new(0.3, 0.01 * i);
+        let alias = alias(one, start);
+        assert_eq!(alias.alike("table_tilt"), ["anisotropic_friction"]);
+        assert_eq!(alias.alike("anisotropic_friction"), ["table_tilt"]);
+        assert_eq!(alias.alike("striker_error_by_place"), ["restitution_drift"]);
+        let three = ["friction_patch", "camera_lean", "camera_distortion"];
+        assert!(!alias.is_stack(&three), "from several places");
+    }
+
+    #[test]
+    fn many_effects_from_one_place_are_none() {
+        let command = |i: f64| Command {
+            speed: 0.5 + 0.02 * (7.0 * i).rem_euclid(20.0),
+            angle: 0.03 * i - 0.3,
+        };
+        let alias = alias(command, |_| Point::new(0.3, 0.0));
+        let names = ["friction_patch", "camera_lean", "camera_distortion"];
+        assert!(alias.is_stack(&names) && !alias.is_stack(&names[1..]));
+    }
+}
