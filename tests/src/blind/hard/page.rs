@@ -53,8 +53,9 @@ its strikes' squared magnitudes sum to 43 and more: half of that tells one form 
 set's commands, each struck 12 times with all of the set's noise but a wander. What is hidden, how, and what is right to say of it was written from \
 physics alone, without a look into the diagnosis or its effects. The reverse no longer holds for three forms: after sets of earlier pages had been \
 looked at, `table_bowl` was given unequal curvatures (as `trough` has), `camera_lean` its foreshortening, and `anisotropic_friction` a flow rule that \
-need not be the associated one (as `cosine_grain` has).\
- Nor does it for forces across the way by speed, air that turns, and a picture shifted beyond a line: since seeds 92000000 the library states them (and names none) in the forms of `side_force`, `swirl` and `stitched_cameras`. The table that grades stands at the end.";
+need not be the associated one (as `cosine_grain` has). Nor does it for forces across the way by speed, air that turns, and a picture shifted \
+beyond a line: since seeds 92000000 the library states them (and names none) in the forms of `side_force`, `swirl` and `stitched_cameras`. The \
+table that grades stands at the end.";
 
 /// Rates by design, shape, number of strikes and of sessions.
 fn by_set(text: &mut String, made: &[&HardOutcome]) {
