@@ -53,14 +53,21 @@ impl Lost {
         lost + elsewhere + stale
     }
 
-    /// How often the tracker took another object for a while.
-    pub(crate) fn bursts(&self) -> u64 {
-        self.elsewhere.bursts
+    /// Hands on what no later frame tells of, at the end of the data: an object that was put where it is.
+    pub(crate) fn release(&mut self, rig: &Rig, mut see: impl FnMut(Sample)) -> usize {
+        let held = std::mem::take(&mut self.elsewhere.held).into_iter();
+        held.map(|sample| self.stale.take(sample, rig.camera.noise, &mut see))
+            .sum()
+    }
+
+    /// How often the tracker took another object for a while, since this was asked last.
+    pub(crate) fn take_bursts(&mut self) -> u64 {
+        std::mem::take(&mut self.elsewhere.bursts)
     }
 
     /// Number of the frames at the end of the data that no later one told of: off the table, where no object gets, or at the last place again.
     pub(crate) fn finish(self) -> usize {
-        self.nowhere.held.len() + self.elsewhere.held.len() + self.stale.held.len()
+        self.nowhere.held.len() + self.stale.held.len()
     }
 }
 
@@ -115,9 +122,9 @@ impl Nowhere {
 /// The place of another object, at rest, that is tracked for a while.
 #[derive(Default)]
 struct Elsewhere {
-    /// The last frame in which the object was seen, and its speed then, in m/s.
+    /// The last frame in which the object was seen, and its speed then, in m/s, where the frame before saw it, too.
     last: Option<Sample>,
-    speed: f64,
+    speed: Option<f64>,
     /// Frames since, at one place to which it does not get.
     held: Vec<Sample>,
     bursts: u64,
@@ -143,8 +150,9 @@ impl Elsewhere {
                 return 0;
             }
             // A table only slows it down.
+            let speed = self.speed.unwrap_or_default();
             let goes_on = |from: &Sample| {
-                let most = FAR + self.speed * since(from.stamp, sample.stamp);
+                let most = FAR + speed * since(from.stamp, sample.stamp);
                 place(from).distance(place(&sample)) < most
             };
             let is_back = !is_long && jumps(last) && self.last.as_ref().is_some_and(goes_on);
@@ -156,23 +164,24 @@ impl Elsewhere {
                     lost = self.held.drain(..).count();
                 }
                 false => {
+                    self.speed = (self.held.len() > 1).then_some(0.0);
                     self.last = self.held.last().copied();
                     self.held.drain(..).for_each(&mut see);
                 }
             }
         }
-        let before = self.last;
-        if lost == 0 && before.is_some_and(|last| jumps(&last)) {
+        let jumped = lost == 0 && self.last.as_ref().is_some_and(jumps);
+        if jumped && self.speed.is_some() {
             self.held.push(sample);
-        } else {
-            let speed = |last: Sample| {
-                let time = since(last.stamp, sample.stamp).max(1.0 / rig.camera.rate);
-                place(&last).distance(place(&sample)) / time
-            };
-            self.speed = before.map_or(0.0, speed);
-            self.last = Some(sample);
-            see(sample);
+            return 0;
         }
+        let speed = |last: Sample| {
+            let time = since(last.stamp, sample.stamp).max(1.0 / rig.camera.rate);
+            place(&last).distance(place(&sample)) / time
+        };
+        self.speed = self.last.filter(|_| !jumped).map(speed);
+        self.last = Some(sample);
+        see(sample);
         lost
     }
 }
@@ -294,6 +303,7 @@ mod tests {
             };
             unseen += lost.take(sample, &rig, |sample| seen.push(sample.stamp));
         }
+        unseen += lost.release(&rig, |sample| seen.push(sample.stamp));
         assert!(seen.is_sorted());
         (unseen + lost.finish(), seen.len())
     }

@@ -250,8 +250,13 @@ impl<'a> Segmenter<'a> {
         self.last_centroid = Some(sample.stamp);
         let mut seen = Vec::new();
         let lost = self.lost.take(sample, self.rig, |sample| seen.push(sample));
+        self.follow(seen, lost);
+    }
+
+    /// Handles frames in which the object was seen, after so many in which it was not.
+    fn follow(&mut self, seen: Vec<Sample>, lost: usize) {
         self.counts.lost += lost as u64;
-        self.found.seen.bursts = self.lost.bursts();
+        self.found.seen.bursts += self.lost.take_bursts();
         for sample in seen {
             self.found.seen.frames += 1;
             self.watch.take(&sample, &mut self.found.seen);
@@ -378,6 +383,9 @@ impl<'a> Segmenter<'a> {
             mut turns,
         } = std::mem::take(&mut self.reordered);
         centroids.drain().into_iter().for_each(|s| self.see(s));
+        let mut seen = Vec::new();
+        let lost = self.lost.release(self.rig, |sample| seen.push(sample));
+        self.follow(seen, lost);
         commands.drain().into_iter().for_each(|s| self.obey(s));
         let between = std::mem::take(&mut self.not_numbers);
         between.into_iter().for_each(|s| self.act(s));

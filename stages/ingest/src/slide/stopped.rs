@@ -79,6 +79,9 @@ pub(crate) fn stood(track: &Track, stop: Point) -> Option<(usize, f64)> {
     const FROM: f64 = 1.0;
     const TO: f64 = 40.0;
     const HALVED: u32 = 6;
+    /// What brakes it harder yet, and fits better by so much, in squares of the noise, takes its time.
+    const HARDER: [f64; 4] = [1.0, 1.25, 1.6, 2.0];
+    const SOFTER: f64 = 4.0;
     let frame = |at: usize| Frame {
         stamp: 0,
         t: track.t[at],
@@ -99,7 +102,11 @@ pub(crate) fn stood(track: &Track, stop: Point) -> Option<(usize, f64)> {
             false => high = middle,
         }
     }
-    Some((approach.held(&frames, &at_once), low))
+    let softer = at_once.sum - SOFTER * approach.square(&at_once);
+    let is_soft = HARDER
+        .iter()
+        .any(|times| approach.hard(times * high) < softer);
+    (!is_soft).then(|| (approach.held(&frames, &at_once), low))
 }
 
 /// Moments from one to another, in s.
