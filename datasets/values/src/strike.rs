@@ -185,6 +185,22 @@ impl Strike {
         }
     }
 
+    /// This strike up to so many frames of its track, which ends there for another reason than rest.
+    pub fn ended(mut self, frames: usize, end: End) -> Self {
+        let track = &mut self.track;
+        for values in [&mut track.t, &mut track.x, &mut track.y] {
+            values.truncate(frames);
+        }
+        if let Some(yaw) = &mut track.yaw {
+            yaw.track.truncate(frames);
+        }
+        track.end = end;
+        if let Some(last) = track.len().checked_sub(1) {
+            self.stop = track.point(last);
+        }
+        self
+    }
+
     /// This strike as one of all logs' strikes: its rank among them, and how its object was turned, complete its conditions.
     pub fn among_all(mut self, order: u32) -> Self {
         self.conditions.order = order.into();

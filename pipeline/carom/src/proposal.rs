@@ -42,6 +42,8 @@ const STAMPS: [&str; 7] = [
 ];
 /// Parts of names by which a JSON message's numbers are taken for a velocity.
 const OF_VELOCITY: [&str; 4] = ["vel", "twist", "linear", "speed"];
+/// Parts of names by which a JSON message's numbers are taken for neither: a turn, or how fast it goes.
+const OF_TURN: [&str; 3] = ["angular", "orientation", "rotation"];
 /// Parts of names by which a topic is taken for the object's, the command's or the arm's, where more than one would do.
 const OF_OBJECT: [&str; 9] = [
     "object", "puck", "centroid", "ball", "disc", "disk", "cylinder", "box", "marker",
@@ -101,7 +103,10 @@ pub fn propose(log: &Path) -> Result<String, Error> {
         )));
     };
     let state = best(&OF_ARM, &OF_OBJECT, &|one| {
-        one.place.is_some() && one.velocity.is_some() && one.name != object.name
+        one.place.is_some()
+            && one.velocity.is_some()
+            && one.name != object.name
+            && !is_named(one, &OF_COMMAND)
     });
     let command = best(&OF_COMMAND, &OF_OBJECT, &|one| {
         one.velocity.is_some()
@@ -351,10 +356,11 @@ impl Fields {
         };
         if is_number("x") && is_number("y") {
             let name = path.rsplit('.').next().unwrap_or_default().to_lowercase();
-            let is_velocity = OF_VELOCITY.iter().any(|part| name.contains(part));
-            match is_velocity {
-                true => self.velocities.push(within(path)),
-                false => self.places.push(within(path)),
+            let is_of = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
+            if is_of(&OF_VELOCITY) && !is_of(&OF_TURN) {
+                self.velocities.push(within(path));
+            } else if !is_of(&OF_TURN) {
+                self.places.push(within(path));
             }
         }
         for flat in [["vx", "vy"], ["vel_x", "vel_y"]] {
@@ -483,6 +489,18 @@ fn set(text: &mut String, section: &str, key: &str, value: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn how_fast_an_arm_turns_is_no_place_of_it() {
+        let vector = r#"{"x":0.1,"y":0.0,"z":0.0}"#;
+        let command =
+            format!(r#"{{"twist":{{"linear":{vector},"angular":{vector}}},"at":{vector}}}"#);
+        let fields = Fields::of_json(command.as_bytes());
+        assert!(fields.velocities.contains(&within("twist.linear")));
+        assert!(fields.places.contains(&within("at")));
+        let all = [fields.places, fields.velocities].concat();
+        assert!(!all.contains(&within("twist.angular")));
+    }
 
     #[test]
     fn a_value_of_the_template_is_replaced_and_its_comment_stays() {

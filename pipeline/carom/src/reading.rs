@@ -126,7 +126,7 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         let note = |note| format!("{}: {note}", outcome.log);
         outcome.notes.iter().map(note)
     });
-    let notes = left_out
+    let mut notes: Vec<String> = left_out
         .iter()
         .map(LeftOut::sentence)
         .chain(tracked.notes.iter().cloned())
@@ -161,6 +161,7 @@ pub fn read(run: &Run, rig: &Rig, logs: &[PathBuf], seed: u64) -> Result<Read, E
         .collect();
     let slides = slides(&seen);
     let (strikes, rejects) = Strikes::join(read);
+    notes.extend_from_slice(strikes.notes());
     let mut check = check::check(rig, &log_reads(&seen, &rejects), &fences);
     if let Some(rough) = check.rough_delay() {
         // Touches tell it to a ms, once they are seen at about their time.

@@ -238,11 +238,12 @@ pub enum Finding {
         spread: f64,
         spread_as_stated: f64,
     },
-    /// Centroids jump from one frame to the next farther than any object gets, in this part of the frames; `certain` where no track is one
-    /// object's.
+    /// Centroids jump from one frame to the next farther than any object gets, in this part of the frames that are kept; so many times they lay for a
+    /// while at another object, and these frames are left out. `certain` where no track is one object's.
     Jumps {
         log: String,
         share: f64,
+        bursts: u64,
         certain: bool,
     },
     /// Neither heading nor speed of the objects follows the commands.

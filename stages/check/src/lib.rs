@@ -118,7 +118,14 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         }
         findings.extend(reach);
     }
-    findings.extend(jumps);
+    let of_units: Vec<&str> = logs
+        .iter()
+        .filter(|log| is_in_other_unit(log))
+        .map(|log| log.name)
+        .collect();
+    let is_of_units =
+        |f: &Finding| matches!(f, Finding::Jumps { log, .. } if of_units.contains(&log.as_str()));
+    findings.extend(jumps.into_iter().filter(|f| !is_of_units(f)));
     let is_told = |f: &Finding| {
         let unit = RejectReason::UnitsImplausible;
         !(is_polar && matches!(f, Finding::MostlyRejected { reason, .. } if *reason == unit))
@@ -290,14 +297,28 @@ const TORN: f64 = 0.2;
 
 /// The finding that centroids jump to and fro: two objects, or an object and what looks like it.
 fn jumps(logs: &[LogRead<'_>]) -> Vec<Finding> {
+    /// In one of so many strikes another object is tracked for a while.
+    const MANY: usize = 10;
     let share = |log: &LogRead<'_>| log.seen.jumps as f64 / log.seen.frames.max(1) as f64;
-    let torn = logs.iter().filter(|log| share(log) > JUMPS);
+    let often = |log: &LogRead<'_>| {
+        let bursts = log.seen.bursts as usize;
+        bursts >= FEWEST && MANY * bursts >= log.seen.commands.len()
+    };
+    let torn = logs.iter().filter(|log| share(log) > JUMPS || often(log));
     torn.map(|log| Finding::Jumps {
         log: log.name.into(),
         share: share(log),
+        bursts: log.seen.bursts,
         certain: share(log) > TORN,
     })
     .collect()
+}
+
+/// Whether most of what was rejected of this log is in another unit: what jumps there jumps by millimetres.
+fn is_in_other_unit(log: &LogRead<'_>) -> bool {
+    let unit = RejectReason::UnitsImplausible;
+    let in_unit = log.rejects.iter().filter(|r| r.reason == unit).count();
+    2 * in_unit > log.rejects.len()
 }
 
 /// Commands of one session beside a camera of another: a strike's command begins a motion, and a strike's motion was commanded.

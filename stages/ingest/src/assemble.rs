@@ -3,18 +3,19 @@
 use std::collections::HashMap;
 
 use stage::{Entries, ListAnswer, Reader, StageError};
-use values::{Reject, RejectReason, Strike};
+use values::{End, Reject, RejectReason, Strike};
 
-use crate::caught::{Braking, caught};
+use crate::caught::{Braking, Caught, caught};
 use crate::outcome::{LogOutcome, StrikeSummary};
 use crate::settings::Ingest;
+use crate::slide::FEWEST_CENSORED;
 
 /// Joins what came out of the logs, in whatever order they come: strikes by time, then id, each with its rank in
 /// `conditions.order`; rejects by log, then index.
 ///
 /// Of a strike that several logs hold, the one with most frames is kept (logs may be cut differently), then that of the
 /// first log by name; the others are rejected as duplicates. So is one that lies where an earlier one does, frame by frame, under other stamps.
-/// What was braked to its stop as no table brakes the others of its log is rejected as well (`caught`).
+/// What was braked to its stop as no table brakes the others of its log is rejected as well, and the track of what stood at once ends before (`caught`).
 pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
     let (found, mut held): (Vec<_>, Vec<Vec<_>>) = outcomes
         .into_iter()
@@ -28,7 +29,7 @@ pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
     let (places, rejects) = join(found);
     let strikes = places.iter().zip(0_u32..).filter_map(|(place, order)| {
         let strike: Strike = held[place.log][place.strike].take()?;
-        Some(strike.among_all(order))
+        Some(place.of_all(strike, order))
     });
     (strikes.collect(), rejects)
 }
@@ -38,6 +39,19 @@ pub fn assemble(outcomes: Vec<LogOutcome>) -> (Vec<Strike>, Vec<Reject>) {
 pub(crate) struct Place {
     pub(crate) log: usize,
     pub(crate) strike: usize,
+    /// Number of its frames before something stopped the object, where that is.
+    pub(crate) caught: Option<usize>,
+}
+
+impl Place {
+    /// The strike that lies here, as one of all.
+    fn of_all(&self, strike: Strike, order: u32) -> Strike {
+        let strike = match self.caught {
+            Some(frames) => strike.ended(frames, End::Contact),
+            None => strike,
+        };
+        strike.among_all(order)
+    }
 }
 
 /// The places of all strikes in order of time, and all rejects.
@@ -53,7 +67,11 @@ pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>,
         .iter()
         .enumerate()
         .flat_map(|(log, outcome)| {
-            (0..outcome.strikes.len()).map(move |strike| Place { log, strike })
+            (0..outcome.strikes.len()).map(move |strike| Place {
+                log,
+                strike,
+                caught: None,
+            })
         })
         .collect();
     places.sort_by(|a, b| {
@@ -117,11 +135,23 @@ pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>,
         .into_iter()
         .map(|(log, brakings)| (log, caught(&brakings).into_iter()))
         .collect();
-    places.retain(|place| {
+    places.retain_mut(|place| {
         let caught = of_logs.get_mut(&place.log).and_then(Iterator::next);
-        let times = caught.flatten();
-        rejects.extend(times.map(|times| stopped(log(place), strike(place), times)));
-        times.is_none()
+        let how = match caught.flatten() {
+            None => return true,
+            Some(Caught::AtOnce(frames)) if frames >= FEWEST_CENSORED => {
+                place.caught = Some(frames);
+                return true;
+            }
+            Some(Caught::AtOnce(frames)) => format!(
+                "{frames} frames after first motion the object stands from one frame to the next, as no table stops those that stop nearest"
+            ),
+            Some(Caught::Slowly(times)) => format!(
+                "before its stop the object brakes {times:.1} times as hard as those that stop nearest and those struck before and after it"
+            ),
+        };
+        rejects.push(stopped(log(place), strike(place), &how));
+        false
     });
     rejects.sort_by(|a, b| {
         (&a.log, a.index, a.reason.name(), &a.detail).cmp(&(
@@ -134,16 +164,14 @@ pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>,
     (places, rejects)
 }
 
-/// The rejection of a strike whose object was braked so many times as hard as others.
-fn stopped(log: &LogOutcome<StrikeSummary>, strike: &StrikeSummary, times: f64) -> Reject {
+/// The rejection of a strike whose object stopped as others do not.
+fn stopped(log: &LogOutcome<StrikeSummary>, strike: &StrikeSummary, how: &str) -> Reject {
     Reject {
         log: log.log.clone(),
         index: strike.index,
         t_start: strike.t_start,
         reason: RejectReason::NoRestAfter,
-        detail: format!(
-            "before its stop the object brakes {times:.1} times as hard as those that stop nearest and those struck before and after it: something stopped it; let objects come to rest by themselves"
-        ),
+        detail: format!("{how}: something stopped it; let objects come to rest by themselves"),
     }
 }
 
@@ -152,14 +180,32 @@ fn stopped(log: &LogOutcome<StrikeSummary>, strike: &StrikeSummary, times: f64) 
 pub struct Strikes {
     logs: Vec<Entries<Strike>>,
     places: Vec<Place>,
+    notes: Vec<String>,
 }
 
 impl Strikes {
     /// Joins logs, each with the strikes that were kept of it; also gives what was rejected.
     pub fn join(logs: Vec<ListAnswer<Ingest>>) -> (Self, Vec<Reject>) {
-        let (outcomes, logs) = logs.into_iter().unzip();
+        let (outcomes, logs): (Vec<_>, _) = logs.into_iter().unzip();
+        let names: Vec<String> = outcomes.iter().map(|outcome| outcome.log.clone()).collect();
         let (places, rejects) = join(outcomes);
-        (Self { logs, places }, rejects)
+        let note = |(log, name): (usize, &String)| {
+            let caught = places.iter().filter(|p| p.log == log && p.caught.is_some());
+            let count = caught.count();
+            (count > 0).then(|| format!("{name}: {count} objects stand from one frame to the next, as no table stops the others of the log: something stopped them, and their tracks count up to there, without a stop"))
+        };
+        let notes = names.iter().enumerate().filter_map(note).collect();
+        let strikes = Self {
+            logs,
+            places,
+            notes,
+        };
+        (strikes, rejects)
+    }
+
+    /// What a person should know of strikes that only other strikes tell, each with the log's name.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Number of strikes.
@@ -182,7 +228,7 @@ impl Strikes {
                 open => &mut open.insert((place.log, self.logs[place.log].open()?)).1,
             };
             let strike: Strike = reader.entry(place.strike)?;
-            Ok(strike.among_all(order))
+            Ok(place.of_all(strike, order))
         })
     }
 }

@@ -22,6 +22,10 @@ pub(crate) struct Counts {
     pub(crate) unseen: u64,
     /// Motions far from the arm that no slide is.
     pub(crate) carried: u64,
+    /// Slow commands away from where the arm strikes.
+    pub(crate) ways_back: u64,
+    /// Commands that are no number.
+    pub(crate) not_numbers: usize,
     /// Motions of an arm without commands that met nothing.
     pub(crate) idle_motions: u64,
     /// Seconds from frame to frame around each command.
@@ -34,7 +38,7 @@ impl Counts {
         let counts = [
             (
                 self.lost,
-                "frames are lost: the tracker wrote no number, zero, a place off the table to which no object gets from one frame to the next, or the last place again while the object moved on, and they are left out",
+                "frames are lost: the tracker wrote no number, zero, a place off the table to which no object gets from one frame to the next, for a while the place of another object, or the last place again while the object moved on, and they are left out",
             ),
             (
                 self.repeated,
@@ -47,6 +51,14 @@ impl Counts {
             (
                 self.unheld as u64,
                 "centroids came too long before the commands of their time and were let go",
+            ),
+            (
+                self.ways_back,
+                "commands slower than half of the slowest strike lead away from where the arm strikes: they are its ways back, and no strikes",
+            ),
+            (
+                self.not_numbers as u64,
+                "commands between others are no number, and are left out: what commands the arm wrote them",
             ),
             (
                 self.idle_motions,

@@ -15,7 +15,9 @@ const IDLE: f64 = 0.05;
 /// Share of the speed of the slowest strike below which an arm is idle where its speed is measured: an arm that is held still quivers.
 const IDLE_MEASURED: f64 = 0.25;
 /// Time, in ns, without motion after which the arm is idle again: a single zero within a strike does not end it.
-const IDLE_TIME: i64 = 100_000_000;
+pub(crate) const IDLE_TIME: i64 = 100_000_000;
+/// Share of the speed of the slowest strike below which a command strikes nothing.
+const SLOWER: f64 = 0.5;
 /// Time, in ns, without a command after which a strike ends, too.
 const SILENCE: i64 = 500_000_000;
 /// Greatest number of commands of a strike, idle ones within it included: an arm that never stops is not striking.
@@ -58,6 +60,15 @@ impl Episode {
     /// Whether it goes where the arm may strike: going back, or sideways to the next start, it does not.
     pub(crate) fn is_towards_strikes(&self, rig: &Rig) -> bool {
         rig.robot.angle.contains(self.towards.bearing())
+    }
+
+    /// Whether the arm goes back: away from where it may strike, and slower than it strikes.
+    pub(crate) fn is_way_back(&self, rig: &Rig) -> bool {
+        let is_slow = |command: &Sample| speed(command) < SLOWER * rig.robot.speed.low;
+        !self.is_blip()
+            && self.fault.is_none()
+            && !self.is_towards_strikes(rig)
+            && self.commands.iter().all(is_slow)
     }
 
     /// Adds a command, as long as there is room.

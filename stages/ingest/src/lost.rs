@@ -1,4 +1,5 @@
-//! Frames in which the tracker saw nothing: without a number, at zero, at a place off the table to which no object gets, or at the last one again while the object moved on.
+//! Frames in which the tracker did not see the object: without a number, at zero, at a place off the table to which no object gets, at that of another object,
+//! or at the last one again while the object moved on.
 //!
 //! Trackers write a place of their own where they see nothing, such as (-1, -1): off the table, again and again the same to the last digit, and farther from
 //! where the object was, and is next, than anything gets from one frame to the next. Others write the last place again.
@@ -21,21 +22,47 @@ pub(crate) fn is_out_of_reach(one: (i64, Point), other: (i64, Point)) -> bool {
     one.1.distance(other.1) > FAR.max(FASTEST * since(one.0, other.0))
 }
 
+/// Whether a distance is farther than what the robot strikes gets from one frame to another so many seconds later.
+pub(crate) fn is_jump(distance: f64, time: f64, rig: &Rig) -> bool {
+    /// An object leaves at no more than twice the tip's speed; the rest is what a speed from two frames is unsure by. A rig file may state less
+    /// than its arm does.
+    const TIMES: f64 = 3.0;
+    const LEAST: f64 = 3.0;
+    let fastest = (TIMES * rig.robot.speed.high).clamp(LEAST, FASTEST);
+    // Stamps that are late bunch.
+    distance > FAR.max(fastest * time.max(1.0 / rig.camera.rate))
+}
+
 /// A stream of centroids without those in which the tracker saw nothing.
 #[derive(Default)]
 pub(crate) struct Lost {
     nowhere: Nowhere,
+    elsewhere: Elsewhere,
     stale: Stale,
 }
 
 impl Lost {
     /// Takes the next frame; hands on those in which the object was seen, in order, and gives the number of those in which it was not.
     pub(crate) fn take(&mut self, sample: Sample, rig: &Rig, mut see: impl FnMut(Sample)) -> usize {
-        let mut stale = 0;
+        let (mut elsewhere, mut stale) = (0, 0);
         let lost = self.nowhere.take(sample, rig, |sample| {
-            stale += self.stale.take(sample, rig.camera.noise, &mut see);
+            elsewhere += self.elsewhere.take(sample, rig, |sample| {
+                stale += self.stale.take(sample, rig.camera.noise, &mut see);
+            });
         });
-        lost + stale
+        lost + elsewhere + stale
+    }
+
+    /// Hands on what no later frame tells of, at the end of the data: an object that was put where it is.
+    pub(crate) fn release(&mut self, rig: &Rig, mut see: impl FnMut(Sample)) -> usize {
+        let held = std::mem::take(&mut self.elsewhere.held).into_iter();
+        held.map(|sample| self.stale.take(sample, rig.camera.noise, &mut see))
+            .sum()
+    }
+
+    /// How often the tracker took another object for a while, since this was asked last.
+    pub(crate) fn take_bursts(&mut self) -> u64 {
+        std::mem::take(&mut self.elsewhere.bursts)
     }
 
     /// Number of the frames at the end of the data that no later one told of: off the table, where no object gets, or at the last place again.
@@ -88,6 +115,73 @@ impl Nowhere {
             self.last = Some(sample);
             see(sample);
         }
+        lost
+    }
+}
+
+/// The place of another object, at rest, that is tracked for a while.
+#[derive(Default)]
+struct Elsewhere {
+    /// The last frame in which the object was seen, and its speed then, in m/s, where the frame before saw it, too.
+    last: Option<Sample>,
+    speed: Option<f64>,
+    /// Frames since, at one place to which it does not get.
+    held: Vec<Sample>,
+    bursts: u64,
+}
+
+impl Elsewhere {
+    fn take(&mut self, sample: Sample, rig: &Rig, mut see: impl FnMut(Sample)) -> usize {
+        /// Longest time, in s, for which another object is tracked: what stays longer was put there.
+        const LONGEST: f64 = 0.5;
+        /// Distance from one place of what lies still, in m and in deviations of the noise.
+        const STILL: f64 = 0.002;
+        const STILL_NOISE: f64 = 6.0;
+        let jumps = |one: &Sample| {
+            let far = place(one).distance(place(&sample));
+            is_jump(far, since(one.stamp, sample.stamp), rig)
+        };
+        let mut lost = 0;
+        if let (Some(first), Some(last)) = (self.held.first(), self.held.last()) {
+            let is_long = since(first.stamp, sample.stamp) > LONGEST;
+            let gone = place(first).distance(place(&sample));
+            if !is_long && gone < STILL + STILL_NOISE * rig.camera.noise {
+                self.held.push(sample);
+                return 0;
+            }
+            // A table only slows it down.
+            let speed = self.speed.unwrap_or_default();
+            let goes_on = |from: &Sample| {
+                let most = FAR + speed * since(from.stamp, sample.stamp);
+                place(from).distance(place(&sample)) < most
+            };
+            let is_back = !is_long && jumps(last) && self.last.as_ref().is_some_and(goes_on);
+            match is_back {
+                // One frame alone is a stray one.
+                true if self.held.len() == 1 => self.held.drain(..).for_each(&mut see),
+                true => {
+                    self.bursts += 1;
+                    lost = self.held.drain(..).count();
+                }
+                false => {
+                    self.speed = (self.held.len() > 1).then_some(0.0);
+                    self.last = self.held.last().copied();
+                    self.held.drain(..).for_each(&mut see);
+                }
+            }
+        }
+        let jumped = lost == 0 && self.last.as_ref().is_some_and(jumps);
+        if jumped && self.speed.is_some() {
+            self.held.push(sample);
+            return 0;
+        }
+        let speed = |last: Sample| {
+            let time = since(last.stamp, sample.stamp).max(1.0 / rig.camera.rate);
+            place(&last).distance(place(&sample)) / time
+        };
+        self.speed = self.last.filter(|_| !jumped).map(speed);
+        self.last = Some(sample);
+        see(sample);
         lost
     }
 }
@@ -209,6 +303,7 @@ mod tests {
             };
             unseen += lost.take(sample, &rig, |sample| seen.push(sample.stamp));
         }
+        unseen += lost.release(&rig, |sample| seen.push(sample.stamp));
         assert!(seen.is_sorted());
         (unseen + lost.finish(), seen.len())
     }
@@ -260,6 +355,30 @@ mod tests {
             .map(|i| [400.0 + 12.0 * f64::from(i / 3), 100.0])
             .collect();
         assert_eq!(counts(&in_mm).0, 0);
+    }
+
+    #[test]
+    fn another_object_that_is_tracked_for_a_while_is_a_lost_frame() {
+        let slide = |i: u32| [0.3 + 0.008 * f64::from(i), 0.1];
+        let other = |i: u32| [0.6 + 0.0005 * f64::from(i % 3), 0.4];
+        let seen = |others: std::ops::Range<u32>| -> Vec<[f64; 2]> {
+            let of = |i| {
+                if others.contains(&i) {
+                    other(i)
+                } else {
+                    slide(i)
+                }
+            };
+            (0..60).map(of).collect()
+        };
+        assert_eq!(counts(&seen(20..28)), (8, 52));
+        assert_eq!(counts(&seen(20..40)), (20, 40));
+        // One frame alone is a stray one; it never comes back; it is carried away for a second.
+        assert_eq!(counts(&seen(20..21)), (0, 60));
+        assert_eq!(counts(&seen(20..59)), (0, 60));
+        let carried = [[0.3, 0.1]; 10].into_iter().chain([[0.6, 0.4]; 60]);
+        let carried: Vec<[f64; 2]> = carried.chain([[0.3, 0.1]; 10]).collect();
+        assert_eq!(counts(&carried), (0, 80));
     }
 
     /// Which of these places, at 60 Hz, are left out as stale.

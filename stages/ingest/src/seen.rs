@@ -29,6 +29,9 @@ pub struct Seen {
     /// Frames in which the object was seen farther from where the frame before saw it than any object gets.
     #[serde(default)]
     pub jumps: u64,
+    /// How often another object, at rest, was seen for a while, and then the object again.
+    #[serde(default)]
+    pub bursts: u64,
     /// Standard deviation of a resting centroid's coordinate, in m, one a rest.
     pub noise: Vec<f64>,
     /// Velocities, in m/s, that the frames of a resting object show over the time in which a bounce is seen: both coordinates of one a rest.

@@ -13,7 +13,7 @@ use values::{
 use crate::arm::{Meeting, State, TouchDelay};
 use crate::bounces::{Breaks, Flight, Touch};
 use crate::counts::Counts;
-use crate::episode::{EndOfData, Episode, Episodes, Queue};
+use crate::episode::{EndOfData, Episode, Episodes, IDLE_TIME, Queue, is_finite};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
 use crate::lost::Lost;
@@ -84,6 +84,9 @@ pub(crate) struct Segmenter<'a> {
     /// Receives each strike when it is found.
     keep: &'a mut dyn FnMut(Strike),
     episodes: Episodes,
+    /// The last command that is a number, and those since that are none.
+    last_number: Option<i64>,
+    not_numbers: Vec<Sample>,
     /// Episodes whose centroids have not all come.
     waiting: Queue,
     centroids: VecDeque<Sample>,
@@ -129,6 +132,8 @@ impl<'a> Segmenter<'a> {
             seed,
             keep,
             episodes: Episodes::new(rig, source == CommandSource::State),
+            last_number: None,
+            not_numbers: Vec::new(),
             waiting: Queue::default(),
             centroids: VecDeque::new(),
             extras: Extras::default(),
@@ -245,7 +250,13 @@ impl<'a> Segmenter<'a> {
         self.last_centroid = Some(sample.stamp);
         let mut seen = Vec::new();
         let lost = self.lost.take(sample, self.rig, |sample| seen.push(sample));
+        self.follow(seen, lost);
+    }
+
+    /// Handles frames in which the object was seen, after so many in which it was not.
+    fn follow(&mut self, seen: Vec<Sample>, lost: usize) {
         self.counts.lost += lost as u64;
+        self.found.seen.bursts += self.lost.take_bursts();
         for sample in seen {
             self.found.seen.frames += 1;
             self.watch.take(&sample, &mut self.found.seen);
@@ -257,8 +268,27 @@ impl<'a> Segmenter<'a> {
         self.advance();
     }
 
-    /// Handles a command, in order of stamps.
+    /// Handles a command, in order of stamps. One that is no number, between others that are, is left out.
     fn obey(&mut self, sample: Sample) {
+        let last = *self.last_number.get_or_insert(sample.stamp);
+        let is_bridged = sample.stamp.saturating_sub(last) <= IDLE_TIME;
+        if is_finite(&sample) {
+            self.last_number = Some(sample.stamp);
+        } else if is_bridged {
+            self.not_numbers.push(sample);
+            return;
+        }
+        let between = std::mem::take(&mut self.not_numbers);
+        if is_bridged {
+            self.counts.not_numbers += between.len();
+        } else {
+            between.into_iter().for_each(|sample| self.act(sample));
+        }
+        self.act(sample);
+    }
+
+    /// Handles a command that tells what the arm is to do.
+    fn act(&mut self, sample: Sample) {
         self.last_command = Some(sample.stamp);
         if let Some(episode) = self.episodes.take(sample) {
             self.queue(episode);
@@ -270,6 +300,10 @@ impl<'a> Segmenter<'a> {
     fn queue(&mut self, episode: Episode) {
         // By its state an arm also moves where it is to strike nothing.
         if self.source == CommandSource::Topic {
+            if episode.is_way_back(self.rig) {
+                self.counts.ways_back += 1;
+                return;
+            }
             let seen = CommandSeen::of(&episode, self.rig);
             self.found.seen.commands.extend(seen);
         }
@@ -349,7 +383,13 @@ impl<'a> Segmenter<'a> {
             mut turns,
         } = std::mem::take(&mut self.reordered);
         centroids.drain().into_iter().for_each(|s| self.see(s));
+        let mut seen = Vec::new();
+        let lost = self.lost.release(self.rig, |sample| seen.push(sample));
+        self.follow(seen, lost);
         commands.drain().into_iter().for_each(|s| self.obey(s));
+        let between = std::mem::take(&mut self.not_numbers);
+        between.into_iter().for_each(|s| self.act(s));
+        self.last_number = None;
         states
             .drain()
             .into_iter()

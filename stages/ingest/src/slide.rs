@@ -27,9 +27,11 @@ pub(crate) use self::held::{held, held_until};
 use self::motion::first_motion;
 pub(crate) use self::rest::{NOISIER, is_rest, lies_still};
 use self::rest::{initial, rest_after, rest_before};
+pub(crate) use self::stopped::stood;
 use self::tolerances::{FRAMES_AFTER, GAP_LATER, REST_BEFORE, SURELY_AWAY_NOISE};
 use crate::bounces::{Bounce, turned_round};
 use crate::grazes::graze;
+use crate::lost::is_jump;
 use crate::order::since;
 use crate::rejection::Rejection;
 
@@ -40,7 +42,7 @@ const BEGINNING: usize = 10;
 /// Time, in s, after its command fell back and the object began to move by which the arm has let go of it.
 const LETS_GO: f64 = 0.1;
 /// Least number of frames of a track that does not end at rest.
-const FEWEST_CENSORED: usize = 8;
+pub(crate) const FEWEST_CENSORED: usize = 8;
 /// Greatest share of a slide's frames that may be missing.
 const MOST_MISSING: f64 = 0.6;
 
@@ -265,9 +267,10 @@ fn carried(frames: &Frames<'_>, first: usize, arrival: usize, noise: f64) -> Res
     let fastest = (first + 1..arrival.min(first + BEGINNING) + 1)
         .map(speed)
         .fold(speed(first), f64::max);
-    for at in first + BEGINNING..arrival {
+    for at in first + 1..=arrival {
         let most = FASTER * fastest * apart(at) + SURELY_AWAY_NOISE * noise;
-        if step(at) > most {
+        let is_late = at >= first + BEGINNING;
+        if (is_late && step(at) > most) || is_jump(step(at), apart(at), frames.rig) {
             let detail = format!(
                 "{:.3} s after first motion, not yet at rest, the object jumps {:.1} mm from one frame to the next",
                 all[at].t - all[first].t,

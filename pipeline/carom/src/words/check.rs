@@ -188,11 +188,20 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 ),
             )
         }
-        Finding::Jumps { log, share, .. } => said(
-            format!(
-                "{log}: in {:.0} % of the frames the centroid lies farther from the last one than any object gets",
-                share * 100.0
-            ),
+        Finding::Jumps {
+            log,
+            share,
+            bursts,
+            ..
+        } => said(
+            match 100.0 * share {
+                percent if percent < 1.0 => format!(
+                    "{log}: {bursts} times the centroid lies for a while where another object rests, farther than any object gets, and then where it was"
+                ),
+                percent => format!(
+                    "{log}: in {percent:.0} % of the frames the centroid lies farther from the last one than any object gets"
+                ),
+            },
             "the tracker jumps to and fro between two objects, or between the object and what looks like it",
             "take the other object away, or narrow what is tracked (its colour range, `carom camera tune`; one topic for each object), and record anew".into(),
         ),
@@ -788,7 +797,8 @@ fn rejected_for(reason: RejectReason) -> &'static str {
         RejectReason::NoMotion => "the arm missed, or another object was tracked",
         RejectReason::NoRestBefore => "objects were struck before they rested half a second",
         RejectReason::NoRestAfter => "objects were taken away, or logs end, before they rest",
-        RejectReason::FramesMissing | RejectReason::NotFinite => "the tracker loses the object",
+        RejectReason::FramesMissing => "the tracker loses the object",
+        RejectReason::NotFinite => "commands are no number: what commands the arm writes them",
         RejectReason::UnitsImplausible => "a topic is in another unit",
         RejectReason::Duplicate => "the same recordings were given twice",
         RejectReason::Truncated => "the files are cut off or damaged",

@@ -3,10 +3,11 @@
 //! Friction lets an object creep to its stop; what is caught stands from one frame to the next. Two ways to the same stop are laid through
 //! the last frames: at once, and as hard as no table brakes. Where the first fits better by far, it was no table.
 
-use values::{Point, Shape};
+use values::{Point, Shape, Track};
 
 use super::frames::Frame;
 use super::held::{BRAKES, no_table};
+use super::tolerances::FRAMES_AFTER;
 use crate::robust::median_point;
 
 /// Time, in s, before the rest and after it over which frames are used.
@@ -25,11 +26,18 @@ const BETTER: f64 = 16.0;
 const UNSURE: f64 = 2.0;
 /// Speed, in m/s, below which what is caught is as good as at rest.
 const SLOWEST: f64 = 0.1;
+/// The same, where it is not known how a table brakes at the most.
+const CLEARLY: f64 = 0.15;
 
 /// The frames up to a rest, as distances before the stop.
 struct Approach {
     /// Times in s and distances in m.
     frames: Vec<(f64, f64)>,
+    /// Times in s between which the object stopped.
+    first: f64,
+    until: f64,
+    /// Seconds from frame to frame.
+    period: f64,
 }
 
 /// A way to the stop that ends at once.
@@ -54,38 +62,57 @@ pub(super) fn stopped(
     noise: f64,
     shape: Shape,
 ) -> Option<usize> {
-    let arrival = frames.get(rest)?.t;
-    let last = frames.get(rest.checked_sub(1)?)?.t;
-    let from = frames.partition_point(|frame| frame.t < arrival - BEFORE);
-    let to = frames.partition_point(|frame| frame.t <= arrival + AFTER);
-    let ahead = stop - frames.get(from..rest)?.first()?.point;
-    let ahead = ahead * (1.0 / ahead.norm().max(1e-12));
-    let approach = Approach {
-        frames: frames[from..to]
-            .iter()
-            .map(|frame| (frame.t, (stop - frame.point).dot(ahead)))
-            .collect(),
-    };
-    let moments = |from: f64, to: f64| {
-        let steps = ((to - from) / STEP) as u32;
-        (0..=steps).map(move |i| from + STEP * f64::from(i))
-    };
-    let (first, until) = (last - SOONER, arrival + AFTER);
-    let at_once = moments(first, until)
-        .filter_map(|moment| approach.at_once(moment))
-        .min_by(|one, other| one.sum.total_cmp(&other.sum))?;
-    let freedom = approach.frames.len().saturating_sub(3).max(1) as f64;
-    let square = (noise * noise).max(at_once.sum / freedom);
+    let approach = Approach::of(frames, rest, stop)?;
+    let at_once = approach.best()?;
+    let square = (noise * noise).max(approach.square(&at_once));
     let usual = at_once.braking + UNSURE * square.sqrt() * at_once.braking_error;
     // Of few frames it is hardly known; then no table at all brakes so.
     let hardest = no_table(usual, shape).min(BRAKES);
-    let hard = moments(first, until)
-        .flat_map(|moment| moments(0.0, LONGEST).map(move |time| (moment, time)))
-        .filter_map(|(moment, time)| approach.braked(moment, time, hardest))
-        .fold(f64::INFINITY, f64::min);
-    let period = (frames[to - 1].t - frames[from].t) / (to - from).max(2) as f64;
-    (at_once.speed > SLOWEST && hard - at_once.sum > BETTER * square)
-        .then(|| frames.partition_point(|frame| frame.t < at_once.moment - 0.5 * period))
+    (at_once.speed > SLOWEST && approach.hard(hardest) - at_once.sum > BETTER * square)
+        .then(|| approach.held(frames, &at_once))
+}
+
+/// Of a track that ends at rest, at `stop`, where the object goes from a clear speed to rest as if at once: the number of frames before it may have been held,
+/// and the least braking, in m/s², by which a table can have done it.
+pub(crate) fn stood(track: &Track, stop: Point) -> Option<(usize, f64)> {
+    /// The braking that is looked for, in m/s², and how often the interval in which it lies is halved.
+    const FROM: f64 = 1.0;
+    const TO: f64 = 40.0;
+    const HALVED: u32 = 6;
+    /// What brakes it harder yet, and fits better by so much, in squares of the noise, takes its time.
+    const HARDER: [f64; 4] = [1.0, 1.25, 1.6, 2.0];
+    const SOFTER: f64 = 4.0;
+    let frame = |at: usize| Frame {
+        stamp: 0,
+        t: track.t[at],
+        point: track.point(at),
+    };
+    let frames: Vec<Frame> = (0..track.len()).map(frame).collect();
+    let approach = Approach::of(&frames, frames.len().checked_sub(FRAMES_AFTER)?, stop)?;
+    let at_once = approach.best()?;
+    if at_once.speed < CLEARLY {
+        return None;
+    }
+    let most = at_once.sum + BETTER * approach.square(&at_once);
+    let (mut low, mut high) = (FROM, TO);
+    for _ in 0..HALVED {
+        let middle = (low * high).sqrt();
+        match approach.hard(middle) > most {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    let softer = at_once.sum - SOFTER * approach.square(&at_once);
+    let is_soft = HARDER
+        .iter()
+        .any(|times| approach.hard(times * high) < softer);
+    (!is_soft).then(|| (approach.held(&frames, &at_once), low))
+}
+
+/// Moments from one to another, in s.
+fn moments(from: f64, to: f64) -> impl Iterator<Item = f64> {
+    let steps = ((to - from) / STEP) as u32;
+    (0..=steps).map(move |i| from + STEP * f64::from(i))
 }
 
 /// Where an object that had as good as stopped goes on: the frame at which it was slowest, and its place then. A table never does that, and an
@@ -142,6 +169,50 @@ pub(super) fn carried_on(frames: &[Frame]) -> Option<(usize, Point)> {
 }
 
 impl Approach {
+    /// The frames around the first one at rest, which has this index.
+    fn of(frames: &[Frame], rest: usize, stop: Point) -> Option<Self> {
+        let arrival = frames.get(rest)?.t;
+        let last = frames.get(rest.checked_sub(1)?)?.t;
+        let from = frames.partition_point(|frame| frame.t < arrival - BEFORE);
+        let to = frames.partition_point(|frame| frame.t <= arrival + AFTER);
+        let ahead = stop - frames.get(from..rest)?.first()?.point;
+        let ahead = ahead * (1.0 / ahead.norm().max(1e-12));
+        Some(Self {
+            frames: frames[from..to]
+                .iter()
+                .map(|frame| (frame.t, (stop - frame.point).dot(ahead)))
+                .collect(),
+            first: last - SOONER,
+            until: arrival + AFTER,
+            period: (frames[to - 1].t - frames[from].t) / (to - from).max(2) as f64,
+        })
+    }
+
+    /// The way that ends at once and fits best.
+    fn best(&self) -> Option<AtOnce> {
+        moments(self.first, self.until)
+            .filter_map(|moment| self.at_once(moment))
+            .min_by(|one, other| one.sum.total_cmp(&other.sum))
+    }
+
+    /// The square of what a distance differs by from that way, in m².
+    fn square(&self, at_once: &AtOnce) -> f64 {
+        at_once.sum / self.frames.len().saturating_sub(3).max(1) as f64
+    }
+
+    /// Least sum of squares of a way on which a table brakes so hard at last, in m/s².
+    fn hard(&self, hardest: f64) -> f64 {
+        moments(self.first, self.until)
+            .flat_map(|moment| moments(0.0, LONGEST).map(move |time| (moment, time)))
+            .filter_map(|(moment, time)| self.braked(moment, time, hardest))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The index of the first frame that may have been held.
+    fn held(&self, frames: &[Frame], at_once: &AtOnce) -> usize {
+        frames.partition_point(|frame| frame.t < at_once.moment - 0.5 * self.period)
+    }
+
     /// Fits an even braking up to a moment, at which the object stands at the stop at once.
     fn at_once(&self, moment: f64) -> Option<AtOnce> {
         // Distances v·s + a·s²/2, s the time before the moment.

@@ -247,16 +247,63 @@ fn frames_in_which_the_tracker_saw_nothing_are_left_out_and_counted() {
 }
 
 #[test]
+fn commands_that_are_no_number_between_others_are_left_out_and_counted() {
+    let mut samples = session(&truths(6));
+    let whole = ingest_samples(&samples);
+    let commands = samples.commands.iter_mut().enumerate();
+    // At rest, on ramps and on plateaus; the last of all, too.
+    let wrong = commands.filter(|(i, _)| i % 31 == 5);
+    let count = wrong.map(|(_, s)| (s.x, s.y) = (f64::NAN, 0.0)).count();
+    let outcome = ingest_samples(&samples);
+    assert_eq!(outcome.rejects, []);
+    noted(
+        &outcome,
+        &format!("{count} commands between others are no number"),
+    );
+    for (one, other) in outcome.strikes.iter().zip(&whole.strikes) {
+        assert!((one.command.speed - other.command.speed).abs() < 1e-9);
+        assert_eq!(one.track, other.track);
+    }
+    assert_eq!(outcome.strikes.len(), whole.strikes.len());
+}
+
+#[test]
+fn the_arms_slow_ways_back_are_no_strikes_and_none_is_rejected() {
+    let truths = truths(6);
+    let mut samples = session(&truths);
+    let whole = ingest_samples(&samples);
+    let slow = 0.4 * crate::common::rig().robot.speed.low;
+    for truth in &truths {
+        let back = Point::polar(-slow, truth.angle);
+        for command in samples.commands.iter_mut() {
+            if (0.6..1.6).contains(&(time(command) - truth.start)) {
+                (command.x, command.y) = (back.x, back.y);
+            }
+        }
+    }
+    let outcome = ingest_samples(&samples);
+    assert_eq!(outcome.rejects, []);
+    noted(
+        &outcome,
+        "6 commands slower than half of the slowest strike",
+    );
+    assert_eq!(outcome.seen.commands.len(), 6);
+    let tracks = |outcome: &LogOutcome| -> Vec<_> {
+        let strikes = outcome.strikes.iter();
+        strikes.map(|strike| strike.track.clone()).collect()
+    };
+    assert_eq!(tracks(&outcome), tracks(&whole));
+}
+
+#[test]
 fn commands_that_are_no_strikes() {
     let at_plateau =
         |truth: &Truth, sample: &Stamped| (0.15..0.25).contains(&(time(sample) - truth.start));
     rejected("not_finite", |truth, samples| {
-        let at = samples
-            .commands
-            .iter()
-            .position(|s| at_plateau(truth, s))
-            .expect("a command");
-        samples.commands[at].y = f64::NAN;
+        let commands = samples.commands.iter_mut();
+        commands
+            .filter(|s| at_plateau(truth, s))
+            .for_each(|s| s.y = f64::NAN);
     });
     rejected("no_plateau", |truth, samples| {
         for sample in samples

@@ -90,6 +90,17 @@ fn messages_that_overtook_each_other_change_nothing() {
         assert_eq!(outcome.rejects, [], "{a} {b}");
         assert_eq!(outcome.strikes, in_order.strikes, "{a} {b}");
     }
+    // Each up to 0.4 s later than its stamp says.
+    let late = |i: usize| 400_000_000 * ((i * i * 7919 + i * 104_729) % 1000) as u64 / 1000;
+    let mut shuffled: Vec<_> = messages.iter().cloned().enumerate().collect();
+    shuffled.sort_by_key(|(i, message)| message.1 + late(*i));
+    let shuffled: Vec<_> = shuffled.into_iter().map(|(_, message)| message).collect();
+    std::fs::write(&path, json_log(&shuffled)).expect("writes");
+    let outcome = ingest(&path);
+    assert_eq!(
+        (outcome.rejects, outcome.strikes),
+        (vec![], in_order.strikes)
+    );
 }
 
 #[test]
