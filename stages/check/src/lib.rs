@@ -129,6 +129,16 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         }
         findings.extend(reach);
     }
+    // Speeds in two units follow none.
+    let is_unit = |f: &Finding| {
+        matches!(
+            f,
+            Finding::Delivers { .. } | Finding::OutsideLimits { log: Some(_), .. }
+        )
+    };
+    if findings.iter().any(is_unit) {
+        findings.retain(|finding| !is_vague(finding));
+    }
     findings.extend(jumps);
     let is_told = |f: &Finding| {
         let unit = RejectReason::UnitsImplausible;

@@ -38,11 +38,28 @@ pub fn lab(
     hide: &[&str],
     plan: Option<Vec<PlannedStrike>>,
 ) -> Lab {
+    logged(shape, strikes, seed, hide, plan, false)
+}
+
+/// One of a cylinder, with nothing hidden, whose arm's state is logged.
+pub fn lab_with_state(strikes: usize, seed: u64) -> Lab {
+    logged(Shape::Cylinder, strikes, seed, &["none"], None, true)
+}
+
+fn logged(
+    shape: Shape,
+    strikes: usize,
+    seed: u64,
+    hide: &[&str],
+    plan: Option<Vec<PlannedStrike>>,
+    log_state: bool,
+) -> Lab {
     let folder = tempfile::tempdir().expect("a folder");
     let hide = Hide::parse(hide).expect("known effects");
     let mut settings = demo::Settings::new(shape, strikes, seed, Some(hide.hidden));
     settings.truth.noise = hide.noise;
     settings.plan = plan;
+    settings.log_state = log_state;
     let written = demo::write(&settings, folder.path()).expect("writes");
     let rig = Rig::load(&written.rig).expect("a rig file");
     let sessions = written.logs.iter().map(|log| read(log, &rig)).collect();
