@@ -165,7 +165,7 @@ mod tests {
                 let velocity = Point::polar(command.speed, command.angle);
                 let towards = velocity * (1.0 / command.speed);
                 let object = Point::new(0.2 + 0.2 * part(0.732), -0.2 + 0.4 * part(0.236));
-                let noise = 0.003 * (3.7 * i as f64).sin();
+                let noise = 0.003 * (5.1 * i as f64).sin();
                 let (delay, by) = (late(log, i) + noise, by(log, i));
                 // A displaced object is touched sooner or later.
                 let touched = delay - (by.dot(towards) - 0.003) / command.speed;
