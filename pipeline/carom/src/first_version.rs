@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use stage::Run;
 use sysid::Fit;
 use values::{Point, Split, StopErrors, Strike};
-use world::{Estimate, ParameterSpec, World};
+use world::World;
 
 use crate::Error;
 use crate::growth::latest;
@@ -61,6 +61,9 @@ pub struct FirstVersion {
     /// Friction or restitution, where it is the greatest that is believed of anything.
     #[serde(default)]
     pub greatest: Vec<String>,
+    /// Restitution, where it is the least: a table may have no friction.
+    #[serde(default)]
+    pub least: Vec<String>,
 }
 
 /// Judges the model that a version would be used with, by the latest strikes that are held out.
@@ -112,15 +115,18 @@ pub fn judge(
         let ends = estimate.and_then(|estimate| estimate.low.zip(estimate.high));
         !ends.is_some_and(|(low, high)| low.is_finite() && high.is_finite())
     };
+    // Where a parameter lies in its range: 0 is the least, 1 the greatest that is believed.
+    let place = |name: &String| {
+        let of = world::parameter(name).ok()?;
+        let value = fit.world.parameters.get(name)?.value;
+        Some((value - of.low) / (of.high - of.low))
+    };
     let is_greatest = |name: &&String| {
         let decides = ["friction", "restitution"].contains(&name.as_str());
-        let estimate = fit.world.parameters.get(*name);
-        let of = estimate.zip(world::parameter(name).ok());
-        let is_near = |(estimate, of): (&Estimate, &ParameterSpec)| {
-            of.high - estimate.value < AT_END * (of.high - of.low)
-        };
-        decides && of.is_some_and(is_near)
+        decides && place(name).is_some_and(|place| place > 1.0 - AT_END)
     };
+    let is_least =
+        |name: &&String| *name == "restitution" && place(name).is_some_and(|place| place < AT_END);
     Ok(FirstVersion {
         passed: false,
         strikes: strikes.len(),
@@ -135,6 +141,7 @@ pub fn judge(
         standard_errors,
         unbounded: fit.freed.iter().filter(is_unbounded).cloned().collect(),
         greatest: fit.freed.iter().filter(is_greatest).cloned().collect(),
+        least: fit.freed.iter().filter(is_least).cloned().collect(),
     }
     .decided())
 }
@@ -231,6 +238,13 @@ impl FirstVersion {
                 "these logs ask for the greatest {} that is believed of anything: compare the object's shape and sizes in the rig file with the real \
                  one, and the units of commands and places",
                 self.greatest.join(" and the greatest ")
+            ));
+        }
+        if !self.least.is_empty() {
+            doubts.push(format!(
+                "these logs ask for the least {} that is believed of anything: objects leave far slower than a tip of the commanded speed strikes them; \
+                 compare the units of commands and places (is the command in m/s?)",
+                self.least.join(" and the least ")
             ));
         }
         doubts
@@ -333,6 +347,7 @@ mod tests {
             standard_errors: [0.0; 3],
             unbounded: Vec::new(),
             greatest: Vec::new(),
+            least: Vec::new(),
         }
         .decided()
     }
@@ -393,6 +408,11 @@ mod tests {
             ..gate(20, 0.01, 0.03, 0.1)
         };
         assert!(greatest.doubts()[0].contains("the greatest restitution"));
+        let least = FirstVersion {
+            least: vec!["restitution".into()],
+            ..gate(20, 0.01, 0.03, 0.1)
+        };
+        assert!(least.doubts()[0].contains("the least restitution"));
     }
 
     #[test]

@@ -38,7 +38,9 @@ impl Check {
     /// or touches tell it.
     pub fn rough_delay(&self) -> Option<f64> {
         let long = self.findings.iter().find_map(|finding| match finding {
-            Finding::EncoderDelay { delay, .. } => Some(delay.seconds[0]),
+            Finding::EncoderDelay {
+                log: None, delay, ..
+            } => Some(delay.seconds[0]),
             _ => None,
         });
         let offsets = self.findings.iter().filter_map(|finding| match finding {
@@ -79,6 +81,7 @@ impl Check {
         let delay = check.measured.encoder_to_camera.as_mut()?;
         delay.seconds = [rough + left, error];
         let first = Finding::EncoderDelay {
+            log: None,
             delay: *delay,
             misleads: true,
         };
@@ -159,6 +162,9 @@ const FASTER: f64 = 1.15;
 const FEWEST_UNTIMELY: usize = 6;
 /// Ratio of an object's speed 70 ms after it began to move to its speed at first, from which it was not struck, or is not seen as it moves.
 const PUSHED: f64 = 1.5;
+
+/// Error of the camera's scale from which friction, which goes by it, is another.
+const SCALED: f64 = 0.03;
 
 /// How grave a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -268,21 +274,26 @@ pub enum Finding {
         strikes: usize,
         certain: bool,
     },
-    /// The clocks drift apart, in s a second; `certain` where strikes are lost by it.
+    /// The clocks drift apart, in s a second; `certain` where strikes are lost by it. `by_touch` where the time after the tip's touch, by its
+    /// measured place, tells it, and not that after the command.
     ClockDrift {
         log: String,
         rate: f64,
         drifted: f64,
         certain: bool,
+        #[serde(default)]
+        by_touch: bool,
     },
     /// From this strike of a log on objects move so many s later after their commands, or sooner; `untimely` strikes at a time at which none is
-    /// looked for.
+    /// looked for. `by_touch` as above.
     ClockStep {
         log: String,
         strike: usize,
         by: f64,
         error: f64,
         untimely: usize,
+        #[serde(default)]
+        by_touch: bool,
     },
     /// After most commands nothing moves.
     NothingMoves {
@@ -299,8 +310,19 @@ pub enum Finding {
         struck: usize,
     },
     /// The camera's stamps lie behind the arm's by the tip's measured place, or before them; `misleads` where what the tip delivered is read of another
-    /// moment than the touch.
-    EncoderDelay { delay: Delay, misleads: bool },
+    /// moment than the touch, or where one log alone (`log`) says it.
+    EncoderDelay {
+        #[serde(default)]
+        log: Option<String>,
+        delay: Delay,
+        misleads: bool,
+    },
+    /// By the arm's measured state it moves at this part of the commanded speed, which no arm does.
+    Delivers {
+        log: Option<String>,
+        share: f64,
+        strikes: usize,
+    },
     /// By the tip's measured places the camera's have another scale.
     Scaled {
         log: Option<String>,
@@ -316,6 +338,16 @@ pub enum Finding {
         by: Point,
         turn: f64,
         away: f64,
+        strikes: usize,
+        misses: bool,
+    },
+    /// The camera sees objects elsewhere beside the tip's measured places than in the other logs, or, from this strike on, than before; `misses`
+    /// as above.
+    DisplacedApart {
+        log: String,
+        strike: Option<usize>,
+        by: Point,
+        error: f64,
         strikes: usize,
         misses: bool,
     },
@@ -349,8 +381,15 @@ pub enum Finding {
         strikes: usize,
         topic: String,
     },
-    /// Most commands lie outside the limits that the rig file states; `commanded` is false where what the arm did stands for them.
+    /// Most commands lie outside the limits that the rig file states; `commanded` is false where what the arm did stands for them. Objects leave
+    /// at this ratio to the commanded speed, and at that one in the other logs where one log is told alone.
     OutsideLimits {
+        #[serde(default)]
+        log: Option<String>,
+        #[serde(default)]
+        ratio: Option<f64>,
+        #[serde(default)]
+        others: Option<f64>,
         commanded: bool,
         limit: Limit,
         outside: usize,
@@ -377,6 +416,13 @@ pub enum Finding {
     LostFrames { share: f64 },
     /// Objects are faster a while after they began to move than at first, by this factor in the middle.
     Gathering { times: f64, strikes: usize },
+    /// Objects are still faster some frames after they began to move than right after it, by this factor, and would have begun at so many times that
+    /// speed by how they are braked later, both in the middle.
+    Swelling {
+        times: f64,
+        begun: f64,
+        strikes: usize,
+    },
     /// Objects of a log leave turned against those of the others.
     SessionTurned {
         log: String,
@@ -441,6 +487,22 @@ impl Finding {
         )
     }
 
+    /// A drift of the clocks that touches tell.
+    pub(crate) fn told_by_touches(mut self) -> Self {
+        if let Self::ClockDrift { by_touch, .. } = &mut self {
+            *by_touch = true;
+        }
+        self
+    }
+
+    /// Whether the times of commands and motions tell it of the clocks.
+    pub(crate) fn is_of_clocks(&self) -> bool {
+        matches!(
+            self,
+            Self::ClockOffset { .. } | Self::ClockDrift { .. } | Self::ClockStep { .. }
+        )
+    }
+
     /// How grave it is.
     pub fn severity(&self) -> Severity {
         match self {
@@ -458,8 +520,12 @@ impl Finding {
             | Self::ClockDrift { certain: true, .. }
             | Self::NothingMoves { .. }
             | Self::OtherTimes { .. }
+            | Self::ClockDrift { by_touch: true, .. }
+            | Self::ClockStep { by_touch: true, .. }
+            | Self::DisplacedApart { misses: true, .. }
+            | Self::Delivers { .. }
+            | Self::Swelling { .. }
             | Self::Scale { .. }
-            | Self::Scaled { .. }
             | Self::Reach { .. }
             | Self::Strays { certain: true, .. }
             | Self::OutsideLimits {
@@ -480,6 +546,7 @@ impl Finding {
             } if rejected == seen => Severity::Meaningless,
             Self::StateFrame { .. } | Self::Displaced { misses: true, .. } => Severity::Meaningless,
             Self::Gathering { times, .. } if *times > PUSHED => Severity::Meaningless,
+            Self::Scaled { scale, .. } if (scale - 1.0).abs() > SCALED => Severity::Meaningless,
             Self::TurnedWithin { by, .. } if by.abs() > TURNED => Severity::Meaningless,
             Self::SpeedWithin { times, .. } if times.ln().abs() > FASTER.ln() => {
                 Severity::Meaningless
@@ -495,6 +562,8 @@ impl Finding {
             | Self::EncoderDelay { .. }
             | Self::Jumps { .. }
             | Self::Displaced { .. }
+            | Self::DisplacedApart { .. }
+            | Self::Scaled { .. }
             | Self::Radii { .. }
             | Self::Strays { .. }
             | Self::OutsideLimits { .. }
@@ -607,7 +676,13 @@ mod tests {
                 strikes: 40,
             };
             let misleads = delay.misleads(by_touches);
-            Finding::EncoderDelay { delay, misleads }.severity()
+            let log = None;
+            Finding::EncoderDelay {
+                log,
+                delay,
+                misleads,
+            }
+            .severity()
         };
         for by_touches in [false, true] {
             assert_eq!(severity(0.008, by_touches), Severity::Told);

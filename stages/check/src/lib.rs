@@ -10,6 +10,7 @@
 //! No finding hangs on a fit or on an effect: limits are those of what the library can hold (a bias of the arm up to 0.3 rad, an angle
 //! gain above one half, a launch of at most twice the tip's speed).
 
+mod clocks;
 mod coverage;
 mod finding;
 mod frames;
@@ -19,6 +20,7 @@ mod parts;
 mod places;
 mod statistics;
 mod strays;
+mod touches;
 
 pub use finding::{CONTACT, Check, Coverage, Delay, Finding, Limit, LogRead, Measured, Severity};
 
@@ -98,7 +100,8 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         .any(|f| matches!(f, Finding::SpeedAndAngle { .. }));
     findings.extend(base_turns(rig, &all));
     if !is_torn {
-        findings.extend(clocks(logs, &paired));
+        findings.extend(delivers(logs));
+        findings.extend(clocks::findings(logs, &paired));
         let reach = places::reach(rig, logs);
         if !is_polar {
             // What no touch began tells no speed.
@@ -107,8 +110,16 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
             findings.extend(scale);
             // In another frame angles are others, and in another unit speeds.
             let is_apart = findings.iter().any(|f| is_wrong(f) && f.is_of_frames());
-            let limits = limits(rig, &all, commanded).into_iter();
-            findings.extend(limits.filter(|finding| match finding {
+            let of_all = limits(rig, &all, commanded);
+            let of_logs = || {
+                let each = logs.iter().zip(&paired);
+                each.filter_map(|(log, of)| log_limits(rig, log, &of.pairs, &all))
+            };
+            let limits = match of_all.is_empty() {
+                true => of_logs().collect(),
+                false => of_all,
+            };
+            findings.extend(limits.into_iter().filter(|finding| match finding {
                 Finding::OutsideLimits { limit, .. } => match limit {
                     Limit::Angle => !is_apart,
                     Limit::Speed => !is_in_other_unit,
@@ -117,6 +128,16 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
             }));
         }
         findings.extend(reach);
+    }
+    // Speeds in two units follow none.
+    let is_unit = |f: &Finding| {
+        matches!(
+            f,
+            Finding::Delivers { .. } | Finding::OutsideLimits { log: Some(_), .. }
+        )
+    };
+    if findings.iter().any(is_unit) {
+        findings.retain(|finding| !is_vague(finding));
     }
     let of_units: Vec<&str> = logs
         .iter()
@@ -136,7 +157,12 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         bounces: found.bounces,
     }));
     findings.extend(noise(rig, logs));
-    findings.extend(gathering(logs));
+    findings.extend(
+        gathering(logs)
+            .filter(is_wrong)
+            .or_else(|| swelling(logs))
+            .or_else(|| gathering(logs)),
+    );
     findings.extend(density(rig));
     let is_clear = !findings.iter().any(is_wrong);
     if is_clear {
@@ -166,18 +192,31 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     // What looks like a delay, or like other radii, may be another origin.
     let delay = match places::Origins::of(rig, logs) {
         Some(apart) => Some(apart.delay),
-        None => encoder_to_camera(logs),
+        None => clocks::encoder_to_camera(logs),
     };
+    let mut is_other = false;
     if !findings.iter().any(is_wrong) {
         findings.extend(places::state_frame(logs));
-        findings.extend(places::findings(rig, logs, delay));
+        let apart = touches::findings(rig, logs);
+        if apart.is_empty() {
+            findings.extend(places::findings(rig, logs, delay));
+        } else {
+            // They tell more finely what commands tell of the clocks.
+            findings.retain(|f| !f.is_of_clocks());
+            findings.extend(apart);
+            is_other = true;
+        }
     }
-    // Where the tip is not where the camera sees it, touches tell no time.
+    // Where the tip is not where the camera sees it, touches tell no time; and where something else makes them late, none of the clocks'.
     let is_apart = findings.iter().any(|f| is_wrong(f) && f.is_of_frames());
-    let is_sure = delay.filter(|delay| !is_apart && delay.is_sure());
+    is_other |= findings
+        .iter()
+        .any(|f| matches!(f, Finding::Scaled { .. } | Finding::Swelling { .. }));
+    let is_sure = delay.filter(|delay| !is_apart && !is_other && delay.is_sure());
     // By touches alone the tip is looked up at their time.
     let is_by_state = logs.iter().any(|log| log.seen.is_by_state);
     findings.extend(is_sure.map(|delay| Finding::EncoderDelay {
+        log: None,
         delay,
         misleads: delay.misleads(is_by_state),
     }));
@@ -215,82 +254,6 @@ fn base_turns(rig: &Rig, pairs: &[Pair]) -> Option<Finding> {
 
 /// Share of lost frames from which they are told.
 const MOST_LOST: f64 = 0.05;
-/// Least drift of clocks over a log that is told: in s, and in standard errors.
-const DRIFT: f64 = 0.1;
-const DRIFT_ERRORS: f64 = 6.0;
-
-/// The finding that clocks drift apart over a log; what a hand moved meanwhile tells nothing of it.
-fn clock_drift(log: &str, pairs: &[Pair], certain: bool) -> Option<Finding> {
-    let each = pairs.iter().zip(pairs::are_astray(pairs));
-    let struck: Vec<Pair> = each.filter(|of| !of.1).map(|of| *of.0).collect();
-    let rises = beside_speed(&struck, |pair| pair.command.rise);
-    let lags = beside_speed(&struck, |pair| pair.lag);
-    let points: Vec<(f64, f64)> = rises.into_iter().zip(lags).collect();
-    let line = statistics::line(&points)?;
-    let rises = pairs.iter().map(|pair| pair.command.rise);
-    let span =
-        rises.clone().fold(f64::NEG_INFINITY, f64::max) - rises.fold(f64::INFINITY, f64::min);
-    let drifted = line.slope * span;
-    let is_sure = line.slope.abs() > DRIFT_ERRORS * line.slope_error;
-    (drifted.abs() > DRIFT && is_sure).then(|| Finding::ClockDrift {
-        log: log.into(),
-        rate: line.slope,
-        drifted,
-        certain,
-    })
-}
-
-/// Values of pairs with their dependence on the commanded speed taken off: the ramp to a faster plateau takes longer.
-fn beside_speed(pairs: &[Pair], of: impl Fn(&Pair) -> f64) -> Vec<f64> {
-    let points: Vec<(f64, f64)> = pairs.iter().map(|p| (p.command.speed, of(p))).collect();
-    let line = statistics::line(&points);
-    let at = |speed: f64| line.map_or(0.0, |line| line.at_zero + line.slope * speed);
-    let left = points.iter().map(|(speed, value)| value - at(*speed));
-    left.collect()
-}
-
-fn clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for (log, of) in logs.iter().zip(paired) {
-        if of.is_rated {
-            findings.extend(clock_drift(log.name, &of.pairs, true));
-            continue;
-        }
-        let step = parts::clock_step(log.name, &of.pairs).filter(|_| !of.is_shifted);
-        if let (Some(delay), None) = (of.delay, &step) {
-            findings.push(Finding::ClockOffset {
-                log: log.name.into(),
-                delay,
-                uncertainty: of.uncertainty,
-                strikes: of.pairs.len(),
-                certain: of.is_shifted,
-            });
-            if of.is_shifted {
-                continue;
-            }
-        }
-        findings.extend(other_times(log, of));
-        let commands = log.seen.commands.len();
-        // In another unit nothing is seen to move, nor at one time.
-        let is_unseen = |reject: &&&Reject| {
-            let unseen = [RejectReason::UnitsImplausible, RejectReason::ClockBackwards];
-            unseen.contains(&reject.reason)
-        };
-        let unseen = log.rejects.iter().filter(is_unseen).count();
-        if commands >= FEWEST && 4 * of.pairs.len() < commands && 2 * unseen < commands {
-            findings.push(Finding::NothingMoves {
-                log: log.name.into(),
-                commands,
-                moved: of.pairs.len(),
-                motions: log.seen.motions.len(),
-            });
-        }
-        let drifts = || clock_drift(log.name, &of.pairs, false);
-        findings.extend(step.or_else(drifts));
-    }
-    findings
-}
-
 /// Shares of frames that lie elsewhere than any object gets: from the first on tracks suffer, from the second on none is one object's.
 const JUMPS: f64 = 0.05;
 const TORN: f64 = 0.2;
@@ -321,65 +284,6 @@ fn is_in_other_unit(log: &LogRead<'_>) -> bool {
     2 * in_unit > log.rejects.len()
 }
 
-/// Commands of one session beside a camera of another: a strike's command begins a motion, and a strike's motion was commanded.
-fn other_times(log: &LogRead<'_>, of: &Pairs) -> Option<Finding> {
-    /// Share of the slowest command's speed below which a motion may be a hand's doing.
-    const STRUCK: f64 = 0.5;
-    let commands = &log.seen.commands;
-    let slowest = commands
-        .iter()
-        .map(|c| c.speed)
-        .fold(f64::INFINITY, f64::min);
-    let followed = of.pairs.len();
-    let is_paired = |start: f64| of.pairs.iter().any(|pair| pair.motion.start == start);
-    let motions = log.seen.motions.iter();
-    let struck = motions
-        .filter(|m| m.velocity.norm() > STRUCK * slowest && !is_paired(m.start))
-        .count();
-    let is_apart = commands.len() >= FEWEST
-        && 4 * followed >= commands.len()
-        && 2 * followed < commands.len()
-        && 2 * struck >= commands.len();
-    is_apart.then(|| Finding::OtherTimes {
-        log: log.name.into(),
-        commands: commands.len(),
-        followed,
-        struck,
-    })
-}
-
-/// The delay between the camera and the arm's encoders, by touches at several speeds.
-fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
-    /// Standard error of a length, in m, from which it is not told from a delay.
-    const LENGTH: f64 = 0.0015;
-    let touches: Vec<(f64, f64)> = logs
-        .iter()
-        .flat_map(|log| &log.seen.delays)
-        .filter(|touch| touch.speed > 0.0 && touch.seconds.is_finite())
-        .map(|touch| (1.0 / touch.speed, touch.seconds))
-        .collect();
-    let strikes = touches.len();
-    if strikes < FEWEST {
-        return None;
-    }
-    let line = statistics::line(&touches).filter(|line| line.slope_error < LENGTH);
-    if let Some(line) = line {
-        return Some(Delay {
-            seconds: [line.at_zero, line.at_zero_error],
-            // Behind a reach that is longer than stated the object moves before the touch.
-            reach: Some([-line.slope, line.slope_error]),
-            strikes,
-        });
-    }
-    let middle = median(touches.iter().map(|touch| touch.1))?;
-    let spread = 1.4826 * median(touches.iter().map(|touch| (touch.1 - middle).abs()))?;
-    Some(Delay {
-        seconds: [middle, 1.2533 * spread / (strikes as f64).sqrt()],
-        reach: None,
-        strikes,
-    })
-}
-
 /// Greatest ratio of an object's launch speed to the tip's by an impact: (1 + e)·M/(M + m) is at most 2, and the first frames are noisy.
 const FASTEST: f64 = 2.3;
 
@@ -405,7 +309,10 @@ fn limits(rig: &Rig, pairs: &[Pair], commanded: bool) -> Vec<Finding> {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
                 (least.min(*v), most.max(*v))
             });
-        (pairs.len() >= FEWEST && 2 * outside > pairs.len()).then_some(Finding::OutsideLimits {
+        (pairs.len() >= FEWEST && 2 * outside > pairs.len()).then(|| Finding::OutsideLimits {
+            log: None,
+            ratio: median(pairs.iter().map(Pair::speed_ratio)),
+            others: None,
             commanded,
             limit,
             outside,
@@ -434,6 +341,58 @@ fn limits(rig: &Rig, pairs: &[Pair], commanded: bool) -> Vec<Finding> {
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// Whether most commands of one log lie outside those limits, where its objects also leave at quite another part of the commanded speed than `all`
+/// do, in the sense of another unit: faster commands, and a lesser part of them.
+fn log_limits(rig: &Rig, log: &LogRead<'_>, pairs: &[Pair], all: &[Pair]) -> Option<Finding> {
+    /// Ratio of both parts that no friction and no impact makes.
+    const TIMES: f64 = 1.5;
+    let mut found = limits(rig, pairs, !log.seen.is_by_state)
+        .into_iter()
+        .find(|found| {
+            let limit = |f: &Finding| match f {
+                Finding::OutsideLimits { limit, .. } => Some(*limit),
+                _ => None,
+            };
+            limit(found) == Some(Limit::Speed)
+        })?;
+    let is_own = |one: &Pair| pairs.iter().any(|p| p.command.rise == one.command.rise);
+    let rest: Vec<&Pair> = all.iter().filter(|pair| !is_own(pair)).collect();
+    let speeds = |of: &mut dyn Iterator<Item = f64>| median(of);
+    let faster = speeds(&mut pairs.iter().map(|p| p.command.speed))?
+        / speeds(&mut rest.iter().map(|p| p.command.speed))?;
+    let usual = median(rest.iter().map(|pair| pair.speed_ratio()))?;
+    let times = median(pairs.iter().map(Pair::speed_ratio))? / usual;
+    let is_unit = times.ln().abs() > TIMES.ln() && times.ln() * faster.ln() < 0.0;
+    if let Finding::OutsideLimits {
+        log: name, others, ..
+    } = &mut found
+    {
+        (*name, *others) = (Some(log.name.into()), Some(usual));
+    }
+    (is_unit && rest.len() >= FEWEST).then_some(found)
+}
+
+/// The finding that an arm moves at another speed than commanded, by its measured state: of all logs together, or of one.
+fn delivers(logs: &[LogRead<'_>]) -> Option<Finding> {
+    /// What an arm may deliver of the commanded speed, and the relative spread below which it is one share.
+    const SHARES: std::ops::Range<f64> = 0.3..2.0;
+    const ONE: f64 = 0.1;
+    let of = |logs: &[LogRead<'_>], log: Option<&str>| {
+        let meetings = logs.iter().flat_map(|log| &log.seen.meetings);
+        let shares: Vec<f64> = meetings.filter_map(|m| m.delivered).collect();
+        let share = median(shares.iter().copied())?;
+        let spread = 1.4826 * median(shares.iter().map(|one| (one - share).abs()))?;
+        let is_told = !SHARES.contains(&share) && spread < ONE * share;
+        (is_told && shares.len() >= FEWEST).then(|| Finding::Delivers {
+            log: log.map(str::to_owned),
+            share,
+            strikes: shares.len(),
+        })
+    };
+    let of_one = |log| of(std::slice::from_ref(log), Some(log.name));
+    of(logs, None).or_else(|| logs.iter().find_map(of_one))
 }
 
 /// Logs of which many strikes were not kept, each with the reason that most were rejected for. What another log holds is no loss.
@@ -473,6 +432,28 @@ fn gathering(logs: &[LogRead<'_>]) -> Option<Finding> {
     let strikes = all.len();
     let times = median(all).filter(|times| strikes >= FEWEST && *times > TOLD)?;
     Some(Finding::Gathering { times, strikes })
+}
+
+/// The finding that objects still gather speed some frames after they began to move, and lack speed there that they have later: they are tracked
+/// through a filter.
+fn swelling(logs: &[LogRead<'_>]) -> Option<Finding> {
+    /// Rise, in its standard errors, and the factors of the rise and of the speed lacking, from which it is told; of as many strikes.
+    const ERRORS: f64 = 3.0;
+    const RISES: f64 = 1.03;
+    const LACKS: f64 = 1.12;
+    const FEWEST: usize = 10;
+    let all = || logs.iter().flat_map(|log| &log.seen.swelled);
+    let strikes = all().count();
+    let times = median(all().map(|ratios| ratios[0]))?;
+    let begun = median(all().map(|ratios| ratios[1]))?;
+    let spread = 1.4826 * median(all().map(|ratios| (ratios[0] - times).abs()))?;
+    let error = 1.2533 * spread / (strikes as f64).sqrt();
+    let rises = times > RISES.max(1.0 + ERRORS * error);
+    (strikes >= FEWEST && rises && begun > LACKS).then_some(Finding::Swelling {
+        times,
+        begun,
+        strikes,
+    })
 }
 
 /// Whether the stated object may be made of anything: a size or a mass in another unit.
@@ -628,24 +609,6 @@ mod tests {
 
     use super::*;
 
-    /// Whether clocks of forty strikes seem to drift, which do by so many s from one strike to the next.
-    fn is_drifting(is_sorted: bool, by: f64) -> bool {
-        let pairs: Vec<Pair> = (0..40)
-            .map(|i| {
-                let part = |k: f64| (k * i as f64).fract();
-                let share = if is_sorted {
-                    i as f64 / 40.0
-                } else {
-                    part(0.618)
-                };
-                let speed = 0.4 + 0.6 * share;
-                let lag = 0.02 + speed / 5.0 + by * i as f64 + 0.004 * part(0.41);
-                Pair::made(i, [speed, 0.0], Point::new(speed, 0.0), lag)
-            })
-            .collect();
-        clock_drift("one.mcap", &pairs, false).is_some()
-    }
-
     #[test]
     fn a_session_whose_speeds_mean_something_else_is_told_and_one_of_a_slower_arm_is_not() {
         let seen = ingest::Seen::default();
@@ -684,6 +647,88 @@ mod tests {
         );
     }
 
+    fn read(seen: &ingest::Seen) -> LogRead<'_> {
+        LogRead {
+            name: "two.mcap",
+            seen,
+            kept: 40,
+            rejects: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_log_whose_commands_are_in_another_unit_is_told_and_one_of_faster_strikes_is_not() {
+        let rig = Rig::demo(values::Shape::Cylinder);
+        let told = |unit: f64, ratio: f64| {
+            let made = |first: usize, unit: f64, ratio: f64| -> Vec<Pair> {
+                (first..first + 30)
+                    .map(|i| {
+                        let share = (0.618 * i as f64).fract();
+                        let speed = rig.robot.speed.low
+                            + share * (rig.robot.speed.high - rig.robot.speed.low);
+                        Pair::made(
+                            i,
+                            [unit * speed, 0.0],
+                            Point::new(ratio * unit * speed, 0.0),
+                            0.1,
+                        )
+                    })
+                    .collect()
+            };
+            let own = made(30, unit, ratio);
+            let all: Vec<Pair> = made(0, 1.0, 1.2).into_iter().chain(own.clone()).collect();
+            log_limits(&rig, &read(&ingest::Seen::default()), &own, &all)
+        };
+        assert!(matches!(
+            told(3.6, 1.2 / 3.6),
+            Some(Finding::OutsideLimits {
+                log: Some(_),
+                limit: Limit::Speed,
+                outside: 30,
+                others: Some(_),
+                ..
+            })
+        ));
+        // Strikes beyond what the rig file states, and slower ones that friction brakes at once.
+        assert_eq!(told(3.6, 1.3), None);
+        assert_eq!(told(0.3, 0.6), None);
+    }
+
+    #[test]
+    fn an_arm_that_moves_at_no_share_of_its_commands_is_told_and_one_of_an_override_is_not() {
+        let told = |share: f64, spread: f64| {
+            let meetings = (0..30).map(|i| {
+                let velocity = Point::new(0.5, 0.0);
+                ingest::Meeting {
+                    tip: Point::default(),
+                    velocity,
+                    moved: None,
+                    object: Point::default(),
+                    pushed: None,
+                    earlier: 0.0,
+                    at: 6.0 * i as f64,
+                    command: values::Command::new(0.5, 0.0),
+                    delay: None,
+                    delivered: Some(share * (1.0 + spread * (3.7 * i as f64).sin())),
+                }
+            });
+            let seen = ingest::Seen {
+                meetings: meetings.collect(),
+                ..ingest::Seen::default()
+            };
+            delivers(&[read(&seen)])
+        };
+        for unit in [1.0 / 3.6, 3.6] {
+            let found = told(unit, 0.02);
+            assert!(
+                matches!(found, Some(Finding::Delivers { share, strikes: 30, .. }) if (share / unit - 1.0).abs() < 0.02),
+                "{found:?}"
+            );
+        }
+        assert_eq!(told(0.5, 0.02), None);
+        assert_eq!(told(0.25, 0.5), None);
+    }
+
     #[test]
     fn of_two_halves_the_first_one_is_usual() {
         assert_eq!(usual(&[0.1]), None);
@@ -691,28 +736,5 @@ mod tests {
         assert_eq!(usual(&[0.1, 0.9, 0.2]), Some(0.2));
         assert_eq!(usual(&[0.1, 0.12, 0.9, 0.8]), Some(0.12));
         assert_eq!(usual(&[0.9, 0.8, 0.1, 0.12]), Some(0.8));
-    }
-
-    #[test]
-    fn a_longer_ramp_to_a_faster_plateau_is_no_drift() {
-        assert!(!is_drifting(true, 0.0) && !is_drifting(false, 0.0));
-        assert!(is_drifting(false, 0.005) && is_drifting(false, -0.005));
-    }
-
-    #[test]
-    fn what_a_hand_moves_late_in_a_log_hides_no_drift() {
-        let pairs: Vec<Pair> = (0..12)
-            .map(|i| {
-                let (speed, part) = (0.4 + 0.6 * (0.618 * i as f64).fract(), 0.41 * i as f64);
-                let (leaves, late) = if i > 9 { (2.5, -0.5) } else { (0.0, 0.0) };
-                let lag = 0.1 + speed / 5.0 + 0.05 * i as f64 + 0.01 * part.fract() + late;
-                Pair::made(i, [speed, 0.0], Point::polar(speed, leaves), lag)
-            })
-            .collect();
-        let found = clock_drift("one.mcap", &pairs, false);
-        assert!(
-            matches!(found, Some(Finding::ClockDrift { rate, .. }) if (rate - 0.05 / 6.0).abs() < 1e-3),
-            "{found:?}"
-        );
     }
 }

@@ -1,6 +1,7 @@
 //! Which command began which motion, and whether both clocks agree on it.
 
-use ingest::{CommandSeen, MotionSeen, Seen};
+use ingest::{CommandSeen, Meeting, MotionSeen, Seen};
+use values::{Command, Point};
 
 use crate::statistics::{line, median, middle, wrapped};
 
@@ -32,6 +33,25 @@ pub struct Pair {
 }
 
 impl Pair {
+    /// A strike as the tip's touch tells it, with a value that it tells in the place of the lag.
+    pub(crate) fn of_touch(met: &Meeting, value: f64) -> Self {
+        let Command { speed, angle } = met.command;
+        Self {
+            command: CommandSeen {
+                rise: met.at,
+                fall: met.at,
+                speed,
+                angle,
+            },
+            motion: MotionSeen {
+                start: met.at,
+                from: met.object,
+                velocity: Point::polar(speed, angle),
+            },
+            lag: value,
+        }
+    }
+
     /// Departure heading, in rad.
     pub fn heading(&self) -> f64 {
         self.motion.velocity.bearing()
@@ -373,8 +393,6 @@ fn best_shift(seen: &Seen, farthest: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use values::Point;
-
     use super::*;
 
     /// Forty strikes as regular as a clock, each struck by the command so many places before its own; from this one on the camera's stamps are late

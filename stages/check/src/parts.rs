@@ -21,7 +21,7 @@ pub(crate) const MOVED_ERRORS: f64 = 6.0;
 const SIDE: usize = 6;
 const PLACES: usize = 60;
 /// Number of strikes on each side from which each part is checked as a whole log is.
-const PART: usize = 10;
+pub(crate) const PART: usize = 10;
 /// Deviations of headings (rad) and of speeds (relative) below which lines are equally good.
 const ALIKE: f64 = 0.01;
 /// Least number of strikes on each side that are of the same speeds, and of the same angles.
@@ -49,13 +49,13 @@ pub(crate) fn findings(log: &str, pairs: &[Pair], is_logged: bool) -> Vec<Findin
     let usual = middle(&turns).map_or(0.0, |(usual, _)| usual);
     let turns: Vec<f64> = turns.iter().map(|turn| wrapped(turn - usual)).collect();
     let speeds: Vec<f64> = pairs.iter().map(|pair| pair.speed_ratio().ln()).collect();
-    let turned = step(&pairs, &turns).map(|step| Finding::TurnedWithin {
+    let turned = step(&pairs, &turns, MOVED).map(|step| Finding::TurnedWithin {
         log: log.into(),
         strike: step.at + 1,
         by: step.by,
         error: step.error,
     });
-    let faster = step(&pairs, &speeds).map(|step| Finding::SpeedWithin {
+    let faster = step(&pairs, &speeds, MOVED).map(|step| Finding::SpeedWithin {
         log: log.into(),
         strike: step.at + 1,
         times: step.by.exp(),
@@ -67,13 +67,14 @@ pub(crate) fn findings(log: &str, pairs: &[Pair], is_logged: bool) -> Vec<Findin
 /// The finding that from some strike of a log on the time from command to motion is another.
 pub(crate) fn clock_step(log: &str, pairs: &[Pair]) -> Option<Finding> {
     let lags: Vec<f64> = pairs.iter().map(|pair| pair.lag).collect();
-    let step = step(pairs, &lags)?;
+    let step = step(pairs, &lags, MOVED)?;
     Some(Finding::ClockStep {
         log: log.into(),
         strike: step.at + 1,
         by: step.by,
         error: step.error,
         untimely: pairs.iter().filter(|pair| !pair.is_timely()).count(),
+        by_touch: false,
     })
 }
 
@@ -147,33 +148,53 @@ fn misfit(pairs: &[Pair]) -> Option<f64> {
     Some(pairs.len() as f64 * (left(headings.collect())? + left(speeds.collect())?))
 }
 
-/// A step: by how much values are greater from this strike on (the first one is 0), with its standard error.
-struct Step {
-    at: usize,
-    by: f64,
-    error: f64,
+/// A step: by how much values are greater from this strike on (the first one is 0), with its standard error, and what strikes scatter by beside it.
+pub(crate) struct Step {
+    pub(crate) at: usize,
+    pub(crate) by: f64,
+    pub(crate) error: f64,
+    deviation: f64,
 }
 
-/// The step that explains these values best, where it surely is one, and greater than the strikes' own scatter.
-fn step(pairs: &[Pair], values: &[f64]) -> Option<Step> {
+impl Step {
+    /// How far it stands out of the scatter.
+    pub(crate) fn clearness(&self) -> f64 {
+        self.by.abs() / self.deviation
+    }
+}
+
+/// The step by at least so much that explains these values best, where it surely is one, and greater than the strikes' own scatter.
+pub(crate) fn step(pairs: &[Pair], values: &[f64], least: f64) -> Option<Step> {
     let places = SIDE..(values.len() + 1).saturating_sub(SIDE);
     let every = places.len().div_ceil(PLACES).max(1);
-    let index = |i: usize| i as f64;
     let stepped = places.step_by(every).filter_map(|at| {
         let fit = Fit::through(pairs, values, |i| f64::from(u8::from(i >= at)))?;
-        Some((at, fit))
+        Some((at, fit.deviation))
     });
-    let (at, fit) = stepped.min_by(|a, b| a.1.deviation.total_cmp(&b.1.deviation))?;
-    let drifts = Fit::through(pairs, values, index)?;
-    let better = values.len() as f64 * (drifts.deviation / fit.deviation).ln();
+    let (at, _) = stepped.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let found = step_at(pairs, values, at, least)?;
+    let drifts = Fit::through(pairs, values, |i| i as f64)?;
+    let better = values.len() as f64 * (drifts.deviation / found.deviation).ln();
+    (better > BETTER).then_some(found)
+}
+
+/// The step at this place, where it surely is one or the other: a drift may be it, too.
+pub(crate) fn step_at(pairs: &[Pair], values: &[f64], at: usize, least: f64) -> Option<Step> {
+    let fit = Fit::through(pairs, values, |i| f64::from(u8::from(i >= at)))?;
     let by = fit.by.abs();
-    let is_step = by > MOVED.max(MOVED_ERRORS * fit.error) && by > fit.deviation && better > BETTER;
+    let is_step = by > least.max(MOVED_ERRORS * fit.error) && by > fit.deviation;
     let is_step = is_step && are_alike(pairs, at);
     is_step.then_some(Step {
         at,
         by: fit.by,
         error: fit.error,
+        deviation: fit.deviation,
     })
+}
+
+/// By how much values are greater from this strike on, sure or not.
+pub(crate) fn by_from(pairs: &[Pair], values: &[f64], at: usize) -> Option<f64> {
+    Fit::through(pairs, values, |i| f64::from(u8::from(i >= at))).map(|fit| fit.by)
 }
 
 /// Whether strikes of the same speeds and angles lie on both sides: else it may be what the arm makes of them.

@@ -5,7 +5,7 @@
 //! command has to do with it.
 
 use ingest::Meeting;
-use nalgebra::{Matrix5, Vector5};
+use nalgebra::{Matrix6, Vector6};
 use values::{Point, Rig};
 
 use crate::finding::{Delay, Finding, LogRead};
@@ -21,6 +21,7 @@ const AGREE: f64 = 0.03;
 const TURNED: f64 = 0.3;
 /// Least error of the scale (relative), of the place and of the radii (m) that is told, and its least size in standard errors.
 const SCALE: f64 = 0.1;
+const SCALE_BESIDE: f64 = 0.02;
 const AWAY: f64 = 0.03;
 const RADII: f64 = 0.004;
 const SURE: f64 = 4.0;
@@ -53,6 +54,9 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
             strikes: line.strikes,
         })
     };
+    if let Some(found) = Origins::scaled(rig, &meetings) {
+        return vec![found];
+    }
     let all = line(&meetings);
     if let Some(found) = all.as_ref().and_then(|line| scaled(line, None)) {
         return vec![found];
@@ -166,11 +170,11 @@ pub(crate) struct Origins {
     pub(crate) delay: Delay,
 }
 
-/// Radii, delay, both coordinates of a displacement and a turn, with standard errors; the spread of a coordinate, and each meeting's distance
+/// Radii, delay, both coordinates of a displacement, a turn and an excess of the scale, with standard errors; the spread of a coordinate, and each meeting's distance
 /// left.
 struct Fitted {
-    values: Vector5<f64>,
-    errors: Vector5<f64>,
+    values: Vector6<f64>,
+    errors: Vector6<f64>,
     spread: f64,
     left: Vec<f64>,
 }
@@ -186,10 +190,10 @@ impl Origins {
     pub(crate) fn of(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Self> {
         let reach = rig.object.solid.radius()? + rig.striker.radius;
         let meetings = meetings(logs);
-        let turned = Self::without_astray(&meetings, reach, Some(0.0))?;
+        let turned = Self::without_astray(&meetings, reach, Some(0.0), false)?;
         let (fitted, strikes) = match turned.0.is_turned() {
             true => turned,
-            false => Self::without_astray(&meetings, reach, None)?,
+            false => Self::without_astray(&meetings, reach, None, false)?,
         };
         let Fitted {
             values,
@@ -226,7 +230,7 @@ impl Origins {
         /// Difference of both turns, in rad, up to which they are one.
         const ONE: f64 = 0.1;
         let reach = rig.object.solid.radius()? + rig.striker.radius;
-        let (fitted, _) = Self::without_astray(&meetings(logs), reach, Some(by))?;
+        let (fitted, _) = Self::without_astray(&meetings(logs), reach, Some(by), false)?;
         let (origin, turn) = (
             Point::new(fitted.values[2], fitted.values[3]),
             fitted.values[4],
@@ -237,11 +241,27 @@ impl Origins {
         (is_one && is_told).then_some((origin, turn))
     }
 
-    /// The fit, once more without those that are astray, and how many strikes it is of; with a turn that is about this (rad), where one is given.
+    /// The finding that the camera has another scale, beside any radii, delay and displacement; none where these strikes do not tell.
+    fn scaled(rig: &Rig, meetings: &[Meeting]) -> Option<Finding> {
+        let reach = rig.object.solid.radius()? + rig.striker.radius;
+        let (fitted, strikes) = Self::without_astray(meetings, reach, None, true)?;
+        let (excess, error) = (fitted.values[5], fitted.errors[5]);
+        let is_told = excess.abs() > SCALE_BESIDE.max(SURE * error);
+        (is_told && fitted.spread < AGREE).then_some(Finding::Scaled {
+            log: None,
+            scale: 1.0 + excess,
+            error,
+            strikes,
+        })
+    }
+
+    /// The fit, once more without those that are astray, and how many strikes it is of; with a turn that is about this (rad), where one is given, and
+    /// with a scale where it is asked for.
     fn without_astray(
         meetings: &[Meeting],
         reach: f64,
         turn: Option<f64>,
+        is_scaled: bool,
     ) -> Option<(Fitted, usize)> {
         let mut meetings = meetings.to_vec();
         let mut fitted: Option<Fitted> = None;
@@ -251,7 +271,8 @@ impl Origins {
                 return None;
             }
             let known = fitted.as_ref().map(|fitted| fitted.values[4]);
-            let found = Self::through(&meetings, reach, turn.map(|turn| known.unwrap_or(turn)))?;
+            let turn_now = turn.map(|turn| known.unwrap_or(turn));
+            let found = Self::through(&meetings, reach, turn_now, is_scaled)?;
             let usual = 1.4826 * median(found.left.iter().copied())?;
             let mut left = found.left.iter();
             if fitted.is_none() || turn.is_none() {
@@ -262,11 +283,17 @@ impl Origins {
         Some((fitted?, meetings.len()))
     }
 
-    /// Least squares of radii, delay and both coordinates of the displacement; with a turn beside one that is known, where that is given.
-    fn through(meetings: &[Meeting], reach: f64, turn: Option<f64>) -> Option<Fitted> {
+    /// Least squares of radii, delay and both coordinates of the displacement; with a turn beside one that is known, where that is given, and with a
+    /// scale where it is asked for.
+    fn through(
+        meetings: &[Meeting],
+        reach: f64,
+        turn: Option<f64>,
+        is_scaled: bool,
+    ) -> Option<Fitted> {
         let known = turn.unwrap_or(0.0);
         // For each coordinate of a meeting: its terms, and what lies between the centres beyond the radii.
-        let rows: Vec<(Vector5<f64>, f64)> = meetings
+        let rows: Vec<(Vector6<f64>, f64)> = meetings
             .iter()
             .flat_map(|m| {
                 let velocity = m.velocity.rotated(known);
@@ -280,27 +307,31 @@ impl Origins {
                 let between = m.object - tip - towards * reach - velocity * m.earlier;
                 [
                     (
-                        Vector5::new(towards.x, -velocity.x, 1.0, 0.0, -turned.y),
+                        Vector6::new(towards.x, -velocity.x, 1.0, 0.0, -turned.y, turned.x),
                         between.x,
                     ),
                     (
-                        Vector5::new(towards.y, -velocity.y, 0.0, 1.0, turned.x),
+                        Vector6::new(towards.y, -velocity.y, 0.0, 1.0, turned.x, turned.y),
                         between.y,
                     ),
                 ]
             })
             .collect();
-        let mut normal: Matrix5<f64> = rows.iter().map(|(row, _)| row * row.transpose()).sum();
-        let mut right: Vector5<f64> = rows.iter().map(|(row, value)| row * *value).sum();
-        let terms = if turn.is_some() { 5.0 } else { 4.0 };
-        if turn.is_none() {
-            normal.fill_row(4, 0.0);
-            normal.fill_column(4, 0.0);
-            (normal[(4, 4)], right[4]) = (1.0, 0.0);
+        let mut normal: Matrix6<f64> = rows.iter().map(|(row, _)| row * row.transpose()).sum();
+        let mut right: Vector6<f64> = rows.iter().map(|(row, value)| row * *value).sum();
+        let mut terms = 6.0;
+        for (term, _) in [(4, turn.is_some()), (5, is_scaled)]
+            .iter()
+            .filter(|t| !t.1)
+        {
+            normal.fill_row(*term, 0.0);
+            normal.fill_column(*term, 0.0);
+            (normal[(*term, *term)], right[*term]) = (1.0, 0.0);
+            terms -= 1.0;
         }
         let inverse = normal.cholesky()?.inverse();
         let mut values = inverse * right;
-        let misfit = |(row, value): &(Vector5<f64>, f64)| value - row.dot(&values);
+        let misfit = |(row, value): &(Vector6<f64>, f64)| value - row.dot(&values);
         let squares: f64 = rows.iter().map(|row| misfit(row).powi(2)).sum();
         let spread = (squares / (rows.len() as f64 - terms).max(1.0)).sqrt();
         let errors = inverse
@@ -406,7 +437,7 @@ impl Similar {
 #[cfg(test)]
 mod tests {
     use ingest::Seen;
-    use values::Shape;
+    use values::{Command, Shape};
 
     use super::*;
 
@@ -441,6 +472,10 @@ mod tests {
                 object: object * scale + by,
                 pushed: None,
                 earlier: 0.0,
+                at: 6.0 * f64::from(i),
+                command: Command::new(velocity.norm(), velocity.bearing()),
+                delay: None,
+                delivered: None,
             }
         });
         Seen {
@@ -462,6 +497,27 @@ mod tests {
             matches!(&found[..], [Finding::Scaled { log: Some(log), .. }] if log == "three.mcap"),
             "{found:?}"
         );
+    }
+
+    #[test]
+    fn a_scale_is_told_beside_a_delay_and_radii_and_none_where_these_are_all() {
+        let rig = Rig::demo(Shape::Cylinder);
+        for (scale, delay) in [(1.05, 0.0), (0.95, 0.02), (1.03, -0.01)] {
+            let found = findings(&rig, &[log(&seen(scale, Point::default(), delay))], None);
+            assert!(
+                matches!(&found[..], [Finding::Scaled { scale: told, .. }] if (told - scale).abs() < 0.01),
+                "{found:?}"
+            );
+        }
+        let mut longer = rig.clone();
+        longer.striker.radius += 0.005;
+        for delay in [0.0, 0.03] {
+            let found = findings(&longer, &[log(&seen(1.0, Point::default(), delay))], None);
+            assert!(
+                !found.iter().any(|f| matches!(f, Finding::Scaled { .. })),
+                "{found:?}"
+            );
+        }
     }
 
     #[test]
@@ -548,6 +604,10 @@ mod tests {
                 object: object + by,
                 pushed: Some(pushed),
                 earlier,
+                at: 6.0 * f64::from(i),
+                command: Command::new(velocity.norm(), velocity.bearing()),
+                delay: None,
+                delivered: None,
             }
         });
         let seen = Seen {

@@ -174,6 +174,52 @@ fn what_a_model_may_live_with_is_told() {
     });
 }
 
+/// What one log of several, or the tip's touches, tell.
+#[test]
+fn what_is_so_in_one_log_and_what_touches_tell_has_its_own_name() {
+    let lab = mistakes::lab_with_state(100, 5850);
+    assert!(lab.sessions.len() > 1);
+    let clean = checked(&lab).0;
+    assert_eq!(wrong(&clean), Vec::<&Finding>::new());
+    let first = |mistake: &str, is: fn(&Finding) -> bool| {
+        let (found, _) = checked(&lab.clone().mistaken(mistake));
+        assert!(
+            wrong(&found).first().is_some_and(|f| is(f)),
+            "{mistake}: {:?}",
+            found.findings
+        );
+        let advises = |f: &Finding| {
+            matches!(
+                f,
+                Finding::EncoderDelay { log: None, .. } | Finding::Radii { .. }
+            )
+        };
+        assert!(
+            !found.findings.iter().any(advises),
+            "{mistake}: {:?}",
+            found.findings
+        );
+    };
+    first("the tracker's places follow slowly", |f| {
+        matches!(f, Finding::Swelling { .. })
+    });
+    first(
+        "the camera is 60 ms late in one log",
+        |f| matches!(f, Finding::EncoderDelay { log: Some(_), delay, .. } if (delay.seconds[0] - 0.06).abs() < 0.006),
+    );
+    first("the commands of one log are in km/h", |f| {
+        matches!(f, Finding::Delivers { log: Some(_), .. })
+    });
+    first(
+        "the camera's scale is 6 % too great",
+        |f| matches!(f, Finding::Scaled { scale, .. } if (scale - 1.06).abs() < 0.01),
+    );
+    first(
+        "the camera was moved between sessions",
+        |f| matches!(f, Finding::DisplacedApart { strike: None, misses: true, by, .. } if by.distance(Point::new(0.06, 0.03)) < 0.01),
+    );
+}
+
 #[test]
 fn what_was_played_back_and_recorded_again_counts_once() {
     let lab = mistakes::lab(Shape::Cylinder, 40, 5900, &["none"], None);

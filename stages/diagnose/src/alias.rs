@@ -103,7 +103,7 @@ mod tests {
             .map(|i| Strike {
                 id: i.to_string(),
                 log: "a.mcap".into(),
-                index: i as usize,
+                index: i,
                 t_start: f64::from(i),
                 initial: start(f64::from(i)),
                 stop: Point::new(0.9, 0.1),

@@ -9,7 +9,7 @@ use logs::Sample;
 use serde::{Deserialize, Serialize};
 use values::{Command, Delivered, Point, Rig, Track};
 
-use crate::order::{Stamped, since};
+use crate::order::{Stamped, seconds, since};
 use crate::robust::median;
 
 /// One measured state of the tip.
@@ -65,6 +65,17 @@ pub struct Meeting {
     /// By how much earlier than the camera's stamp says the tip was looked up, in s.
     #[serde(default)]
     pub earlier: f64,
+    /// The camera's stamp, in s.
+    #[serde(default)]
+    pub at: f64,
+    /// What was commanded, or what the arm did where no command is logged.
+    pub command: Command,
+    /// Time, in s, since the tip touched the object, by its measured place; none where that does not tell, and for a box.
+    #[serde(default)]
+    pub delay: Option<f64>,
+    /// Speed that the arm delivered, as a part of the commanded one; none where its state does not tell.
+    #[serde(default)]
+    pub delivered: Option<f64>,
 }
 
 impl Meeting {
@@ -201,8 +212,12 @@ pub(crate) fn touch_delay(
     })
 }
 
-/// Where tip and object were when the object began to move; none where the places do not tell.
-pub(crate) fn meeting(states: &[State], context: &LaunchContext<'_>) -> Option<Meeting> {
+/// Where tip and object were when the object began to move, which it did so long after the touch; none where the places do not tell.
+pub(crate) fn meeting(
+    states: &[State],
+    context: &LaunchContext<'_>,
+    delay: Option<TouchDelay>,
+) -> Option<Meeting> {
     let moment = contact(context);
     let timed = |state: &State| since(context.first_motion, state.stamp) - moment;
     let placed: Vec<&State> = states.iter().filter(|s| s.position.is_finite()).collect();
@@ -221,6 +236,10 @@ pub(crate) fn meeting(states: &[State], context: &LaunchContext<'_>) -> Option<M
         object: context.initial,
         pushed: None,
         earlier: 0.0,
+        at: seconds(context.first_motion),
+        command: context.command,
+        delay: delay.map(|delay| delay.seconds),
+        delivered: None,
     })
 }
 

@@ -218,9 +218,14 @@ impl Extras {
             track: &strike.track,
             noise: rig.camera.noise,
         };
-        self.delays.extend(delay(&states, &context, rig));
-        self.meetings.extend(meeting(&states, &context));
+        let delay = delay(&states, &context, rig);
+        self.delays.extend(delay);
         let found = delivered(&states, &context);
+        let met = meeting(&states, &context, delay).map(|meeting| Meeting {
+            delivered: found.map(|(of, _)| of.tip_speed / context.command.speed),
+            ..meeting
+        });
+        self.meetings.extend(met);
         self.late.extend(found.map(|(_, late)| late));
         strike.delivered = found.map(|(delivered, _)| delivered);
         keep(waiting.strike);

@@ -51,6 +51,10 @@ pub struct Seen {
     /// Ratio of an object's speed a while after a strike to its speed right after it.
     #[serde(default)]
     pub gathered: Vec<f64>,
+    /// Ratio of an object's speed some frames after a strike to its speed right after it; and of what it must have been then, by how it is braked
+    /// later, to what it was.
+    #[serde(default)]
+    pub swelled: Vec<[f64; 2]>,
     /// Slides that no strike began.
     #[serde(default)]
     pub slides: Vec<Strike>,
@@ -126,17 +130,40 @@ const LET_GO: f64 = 0.012;
 const LATER: f64 = 0.07;
 const LATER_TIME: f64 = 0.025;
 
-/// Ratio of the object's speed a while after it began to move to its speed at first: a table only slows it down. None for a track of few frames.
-pub(crate) fn gathered(track: &Track) -> Option<f64> {
+/// Time, in s, over which a speed is seen some frames after the first one; and times at which, and over which, it is seen how a slide is braked.
+const NEXT_TIME: f64 = 0.02;
+const BRAKED: [(f64, f64); 2] = [(0.1, 0.05), (0.18, 0.06)];
+
+/// The mean speed from this time of a track on, over some time, with the moments of its ends; none for a track of few frames.
+fn speed_of(track: &Track, from: f64, time: f64) -> Option<(f64, [f64; 2])> {
     let first =
         |from: f64| Some(track.t.partition_point(|t| *t < from)).filter(|i| *i < track.len());
-    let speed = |from: f64, time: f64| {
-        let from = first(from)?;
-        let to = first(track.t[from] + time)?;
-        Some(track.point(from).distance(track.point(to)) / (track.t[to] - track.t[from]))
-    };
+    let from = first(from)?;
+    let to = first(track.t[from] + time)?;
+    let ends = [track.t[from], track.t[to]];
+    let gone = track.point(from).distance(track.point(to));
+    Some((gone / (ends[1] - ends[0]), ends))
+}
+
+/// Ratio of the object's speed a while after it began to move to its speed at first: a table only slows it down. None for a track of few frames.
+pub(crate) fn gathered(track: &Track) -> Option<f64> {
+    let speed = |from: f64, time: f64| speed_of(track, from, time).map(|(speed, _)| speed);
     let ratio = speed(LATER, LATER_TIME)? / speed(LET_GO, LET_GO)?;
     ratio.is_finite().then_some(ratio)
+}
+
+/// By what factor the object's speed still rises from its first frames to the next ones, and what it must have been in the first ones, by how it
+/// is braked later, as a multiple of what it was there: a filter lets the places follow little by little.
+pub(crate) fn swelled(track: &Track) -> Option<[f64; 2]> {
+    let (first, ends) = speed_of(track, LET_GO, LET_GO)?;
+    let (next, _) = speed_of(track, ends[1], NEXT_TIME)?;
+    let [early, late] = BRAKED.map(|(from, time)| speed_of(track, from, time));
+    let ((early, of_early), (late, of_late)) = (early?, late?);
+    let middle = |[from, to]: [f64; 2]| 0.5 * (from + to);
+    let braking = (early - late) / (middle(of_late) - middle(of_early));
+    let begun = early + braking.max(0.0) * (middle(of_early) - middle(ends));
+    let ratios = [next / first, begun / first];
+    ratios.iter().all(|r| r.is_finite()).then_some(ratios)
 }
 
 /// Finds motions in a stream of centroids.
@@ -312,6 +339,39 @@ mod tests {
     use values::Shape;
 
     use super::*;
+
+    #[test]
+    fn a_filtered_object_still_gathers_speed_and_a_struck_one_does_not() {
+        // From the touch on, seen at 60 Hz through a filter of this time constant (s), if any.
+        let ratios = |filter: f64| {
+            let (speed, braking, period) = (0.8, 2.0, 1.0 / 60.0);
+            let at = |t: f64| speed * t - 0.5 * braking * t * t;
+            let gain = if filter > 0.0 {
+                1.0 - f64::exp(-period / filter)
+            } else {
+                1.0
+            };
+            let mut place = 0.0;
+            let mut track = Track {
+                t: Vec::new(),
+                x: Vec::new(),
+                y: Vec::new(),
+                yaw: None,
+                end: values::End::Rest,
+            };
+            for i in 0..23 {
+                place += gain * (at(0.01 + period * f64::from(i)) - place);
+                track.t.push(period * f64::from(i));
+                track.x.push(place);
+                track.y.push(0.0);
+            }
+            swelled(&track).expect("enough frames")
+        };
+        let [next, begun] = ratios(0.0);
+        assert!(next < 1.0 && (begun - 1.0).abs() < 0.01, "{next} {begun}");
+        let [next, begun] = ratios(0.05);
+        assert!(next > 1.05 && begun > 1.3, "{next} {begun}");
+    }
 
     #[test]
     fn a_frame_in_which_something_else_is_tracked_tells_no_velocity() {

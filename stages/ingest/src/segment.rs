@@ -22,7 +22,7 @@ use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::pushes::Pushes;
 use crate::rejection::Rejection;
-use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered};
+use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered, swelled};
 use crate::slide::{self, Frames};
 use crate::touched::{self, TouchedFlight, TouchedStrike};
 use crate::yaw::YawSample;
@@ -474,7 +474,7 @@ impl<'a> Segmenter<'a> {
             velocity: found.launch,
         });
         if self.rig.object.shape() != Shape::Box {
-            let meeting = touched.meeting(camera_delay, &found);
+            let meeting = touched.meeting(camera_delay, &found, self.rig);
             self.touched.meetings.extend(meeting);
         }
         let strike = self.strike_by_touch(index, id, command, &found);
@@ -748,6 +748,7 @@ impl<'a> Segmenter<'a> {
         let shown = &mut self.found.seen;
         shown.bounces.extend(slide.grazed);
         shown.gathered.extend(gathered(&slide.track));
+        shown.swelled.extend(swelled(&slide.track));
         let command = match commanded {
             Some(command) => command,
             None => at_contact(&episode.commands, slide.first_motion)?,

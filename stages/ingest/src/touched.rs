@@ -9,7 +9,7 @@ use values::{Command, Delivered, End, Point, RejectReason, Rig, Shape, Track};
 
 use crate::arm::{Meeting, TouchDelay, touch_delay};
 use crate::bounces::{Break, FRAMES, Flight, TIME, Touch};
-use crate::order::since;
+use crate::order::{seconds, since};
 use crate::rejection::Rejection;
 use crate::robust::{mean_near_median, median, median_point};
 use crate::slide::{Frame, held, held_until, is_rest, outliers, reaches_fence};
@@ -90,7 +90,12 @@ impl TouchedFlight {
 
     /// Where tip and object met, of round bodies, which push one another along the line of their centres; the camera's stamps lie so far behind the
     /// tip's, in s.
-    pub(crate) fn meeting(&self, camera_delay: f64, found: &TouchedStrike) -> Option<Meeting> {
+    pub(crate) fn meeting(
+        &self,
+        camera_delay: f64,
+        found: &TouchedStrike,
+        rig: &Rig,
+    ) -> Option<Meeting> {
         let touch = self.touch.earlier(self.begun.stamp, camera_delay);
         (found.launch.norm() > 0.0).then(|| Meeting {
             tip: touch.position,
@@ -99,6 +104,10 @@ impl TouchedFlight {
             object: found.initial,
             pushed: Some(found.launch * (1.0 / found.launch.norm())),
             earlier: camera_delay,
+            at: seconds(self.begun.stamp),
+            command: found.command,
+            delay: self.delay(rig).map(|delay| delay.seconds),
+            delivered: None,
         })
     }
 }

@@ -250,18 +250,27 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             log,
             strike,
             by,
+            error,
             untimely,
-            ..
+            by_touch,
         } => said(
-            format!(
-                "{log}: from its strike {strike} on objects move {:.2} s {} after their commands than before{}",
-                by.abs(),
-                if *by < 0.0 { "sooner" } else { "later" },
-                match untimely {
-                    0 => String::new(),
-                    n => format!(", {n} of them when no strike of theirs is looked for"),
-                }
-            ),
+            match by_touch {
+                true => format!(
+                    "{log}: from its strike {strike} on the camera sees objects move {:.0} ms (± {:.0}) {} after the tip's touch, by its measured place, than before",
+                    by.abs() * 1e3,
+                    2.0 * error * 1e3,
+                    if *by < 0.0 { "sooner" } else { "later" },
+                ),
+                false => format!(
+                    "{log}: from its strike {strike} on objects move {:.2} s {} after their commands than before{}",
+                    by.abs(),
+                    if *by < 0.0 { "sooner" } else { "later" },
+                    match untimely {
+                        0 => String::new(),
+                        n => format!(", {n} of them when no strike of theirs is looked for"),
+                    }
+                ),
+            },
             "the clock of the camera or of the arm was set while the log ran, or the tip starts farther away",
             "have both machines keep one time (NTP, PTP) before a log begins; cut this log there, and state `[frames] camera_delay` for the part that is late".into(),
         ),
@@ -270,9 +279,14 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             rate,
             drifted,
             certain,
+            by_touch,
         } => said(
             format!(
-                "{log}: the time from command to motion changes by {:.2} ms a minute, {:.0} ms over the log",
+                "{log}: the time from {} to motion changes by {:.2} ms a minute, {:.0} ms over the log",
+                match by_touch {
+                    true => "the tip's touch, by its measured place,",
+                    false => "command",
+                },
                 rate * 60e3,
                 drifted * 1e3
             ),
@@ -310,12 +324,40 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "commands and centroids are not of one session, or their clocks do not run alike",
             "look at both topics in a viewer, and record them into one log".into(),
         ),
-        Finding::EncoderDelay { delay, .. } => {
+        Finding::Delivers {
+            log,
+            share,
+            strikes,
+        } => {
+            let (command, state) = (&rig.topics.command.name, &rig.topics.state.topic.name);
+            let is_in_kmh = |times: f64| (times / 3.6 - 1.0).abs() < 0.05;
+            let (likely, mend) = match (is_in_kmh(1.0 / share), is_in_kmh(*share)) {
+                (true, _) => ("the commands are in km/h".into(), format!("give {command} in m/s")),
+                (_, true) => (
+                    format!("the velocities of {state} are in km/h"),
+                    format!("give {state} in m/s"),
+                ),
+                _ => (
+                    "commands and measured velocities are not in one unit, or an override is set that the commands do not hold".into(),
+                    format!("give {command} and {state} in m/s; log what the arm is told"),
+                ),
+            };
+            said(
+                format!(
+                    "{}by its measured state the arm moves at {share:.3} times the commanded speed, in the middle of {strikes} strikes",
+                    of(log.as_deref())
+                ),
+                &likely,
+                of_one(log.as_deref(), mend),
+            )
+        }
+        Finding::EncoderDelay { log, delay, .. } => {
             let [seconds, error] = delay.seconds;
             let side = if seconds < 0.0 { "before" } else { "after" };
             said(
                 format!(
-                    "by its measured place the tip touches the object, and {:.1} ms (± {:.1}) {side} that the camera sees it move, over {} strikes{}",
+                    "{}by its measured place the tip touches the object, and {:.1} ms (± {:.1}) {side} that the camera sees it move, over {} strikes{}",
+                    of(log.as_deref()),
                     seconds.abs() * 1e3,
                     2.0 * error * 1e3,
                     delay.strikes,
@@ -330,7 +372,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 } else {
                     "the camera's stamps and the encoders' differ by this, or both radii together are off"
                 },
-                format!(
+                of_one(log.as_deref(), format!(
                     "state `[frames] camera_delay = {:.4}` (± {:.4}{}){}",
                     seconds + rig.frames.camera_delay,
                     2.0 * error,
@@ -344,7 +386,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     } else {
                         ", or measure object.radius and striker.radius"
                     }
-                ),
+                )),
             )
         }
         Finding::Scaled {
@@ -360,7 +402,10 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 format!(
                     "{}by the tip's measured places the camera's are {} (± {}) times as far apart, over {strikes} strikes",
                     of(log.as_deref()),
-                    significant(*scale),
+                    match is_in_mm {
+                        true => significant(*scale),
+                        false => format!("{scale:.3}"),
+                    },
                     significant(2.0 * error)
                 ),
                 if is_in_mm {
@@ -421,6 +466,33 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     base.y,
                     base_yaw_of(yaw + turn)
                 )
+            },
+        ),
+        Finding::DisplacedApart {
+            log,
+            strike,
+            by,
+            error,
+            strikes,
+            ..
+        } => said(
+            format!(
+                "{log}: {}the camera sees objects {:.0} mm (± {:.1}) away from where it {}, by the tip's measured places over {strikes} strikes",
+                strike.map_or(String::new(), |strike| format!("from its strike {strike} on ")),
+                by.norm() * 1e3,
+                2.0 * error * 1e3,
+                match strike {
+                    Some(_) => "saw them before",
+                    None => "sees those of the other logs",
+                }
+            ),
+            match strike {
+                Some(_) => "the camera, or the arm's base, was moved while the log ran",
+                None => "the camera, or the arm's base, was moved between the sessions",
+            },
+            match strike {
+                Some(_) => "calibrate the camera's pose anew, and log again: strikes before and after are of two set-ups".into(),
+                None => "calibrate the camera's pose anew, and give this log a rig file and a run of its own".into(),
             },
         ),
         Finding::Radii {
@@ -537,6 +609,9 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             )
         }
         Finding::OutsideLimits {
+            log,
+            ratio,
+            others,
             commanded,
             limit,
             outside,
@@ -544,25 +619,57 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             low,
             high,
         } => {
+            /// km/h in a m/s; and ratio of an object's speed to a tip's that few impacts give.
+            const KMH: f64 = 3.6;
+            const WEAK: f64 = 0.7;
             let (key, unit, stated) = match limit {
                 Limit::Speed => ("speed", "m/s", rig.robot.speed),
                 Limit::Angle => ("angle", "rad", rig.robot.angle),
             };
-            said(
-                format!(
-                    "{outside} of {strikes} {} lie outside `robot.{key}` = [{}, {}] {unit}: they go from {low:.3} to {high:.3}",
+            let speed = &rig.robot.speed;
+            let is_kmh = *limit == Limit::Speed
+                && *low > 0.9 * KMH * speed.low
+                && *high < 1.1 * KMH * speed.high
+                && ratio.is_some_and(|ratio| ratio < WEAK);
+            let seen = format!(
+                    "{}{outside} of {strikes} {} lie outside `robot.{key}` = [{}, {}] {unit}: they go from {low:.3} to {high:.3}{}",
+                    of(log.as_deref()),
                     if *commanded {
                         "commands"
                     } else {
                         "strikes, as they were delivered,"
                     },
-                    stated.low, stated.high
+                    stated.low,
+                    stated.high,
+                    match (ratio, others) {
+                        (Some(ratio), Some(others)) => format!(
+                            ", and objects leave at {ratio:.2} times the commanded speed, and at {others:.2} times in the other logs"
+                        ),
+                        (Some(ratio), None) if is_kmh => format!(
+                            ", and objects leave at {ratio:.2} times the commanded speed"
+                        ),
+                        _ => String::new(),
+                    }
+            );
+            match (is_kmh, log) {
+                (true, _) => said(
+                    seen,
+                    "the commands are in km/h",
+                    format!("give {} in m/s", rig.topics.command.name),
                 ),
-                "these logs are another robot's, or the rig file states the limits of another",
-                format!(
-                    "state what this arm may be commanded: `[robot] {key} = [{low:.2}, {high:.2}]`"
+                (false, Some(_)) => said(
+                    seen,
+                    "its commands are in another unit, or another robot's",
+                    format!("give {} in m/s in every session", rig.topics.command.name),
                 ),
-            )
+                (false, None) => said(
+                    seen,
+                    "these logs are another robot's, or the rig file states the limits of another",
+                    format!(
+                        "state what this arm may be commanded: `[robot] {key} = [{low:.2}, {high:.2}]`"
+                    ),
+                ),
+            }
         }
         Finding::MostlyRejected {
             log,
@@ -635,6 +742,17 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             ),
             "the tracker smooths its places (a filter or a mean over frames), or the tip goes on pushing and lets go late",
             "log places as they are measured, without a filter; have the tip hold its speed until it has struck, and then brake".into(),
+        ),
+        Finding::Swelling {
+            times,
+            begun,
+            strikes,
+        } => said(
+            format!(
+                "some frames after they begin to move objects are {times:.2} times as fast as right after it, where the table already brakes them: by how they are braked later they left at {begun:.2} times the speed of the first frames, in the middle of {strikes} strikes"
+            ),
+            "the tracker filters its places, which then follow the object late (an exponential mean, a Kalman filter)",
+            "log places as they are measured, without a filter".into(),
         ),
         Finding::SessionTurned {
             log,

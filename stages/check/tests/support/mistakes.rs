@@ -38,11 +38,28 @@ pub fn lab(
     hide: &[&str],
     plan: Option<Vec<PlannedStrike>>,
 ) -> Lab {
+    logged(shape, strikes, seed, hide, plan, false)
+}
+
+/// One of a cylinder, with nothing hidden, whose arm's state is logged.
+pub fn lab_with_state(strikes: usize, seed: u64) -> Lab {
+    logged(Shape::Cylinder, strikes, seed, &["none"], None, true)
+}
+
+fn logged(
+    shape: Shape,
+    strikes: usize,
+    seed: u64,
+    hide: &[&str],
+    plan: Option<Vec<PlannedStrike>>,
+    log_state: bool,
+) -> Lab {
     let folder = tempfile::tempdir().expect("a folder");
     let hide = Hide::parse(hide).expect("known effects");
     let mut settings = demo::Settings::new(shape, strikes, seed, Some(hide.hidden));
     settings.truth.noise = hide.noise;
     settings.plan = plan;
+    settings.log_state = log_state;
     let written = demo::write(&settings, folder.path()).expect("writes");
     let rig = Rig::load(&written.rig).expect("a rig file");
     let sessions = written.logs.iter().map(|log| read(log, &rig)).collect();
@@ -140,6 +157,22 @@ impl Lab {
                 Point::new(polar.y, polar.x)
             }),
             "the tracker gives means of nine frames" => self.sessions.iter_mut().for_each(smooth),
+            "the tracker's places follow slowly" => self.sessions.iter_mut().for_each(follow),
+            "the camera is 60 ms late in one log" => {
+                let centroids = self.sessions[1].centroids.iter_mut();
+                centroids.for_each(|c| c.stamp += 60_000_000);
+            }
+            "the commands of one log are in km/h" => {
+                for command in &mut self.sessions[1].commands {
+                    (command.x, command.y) = (3.6 * command.x, 3.6 * command.y);
+                }
+            }
+            "the camera's scale is 6 % too great" => self.each_centroid(|p| p * 1.06),
+            "the camera was moved between sessions" => {
+                for centroid in &mut self.sessions[1].centroids {
+                    (centroid.x, centroid.y) = (centroid.x + 0.06, centroid.y + 0.03);
+                }
+            }
             "the camera was turned between sessions" => {
                 let moved = self.sessions.iter_mut().skip(1).take(1);
                 for centroid in moved.flat_map(|s| &mut s.centroids) {
@@ -227,6 +260,18 @@ fn smooth(samples: &mut Samples) {
         let count = of.len() as f64;
         centroid.x = of.iter().map(|c| c.x).sum::<f64>() / count;
         centroid.y = of.iter().map(|c| c.y).sum::<f64>() / count;
+    }
+}
+
+/// Each centroid follows the last one by an exponential mean of 50 ms.
+fn follow(samples: &mut Samples) {
+    for i in 1..samples.centroids.len() {
+        let last = samples.centroids[i - 1];
+        let centroid = &mut samples.centroids[i];
+        let gone = (centroid.stamp - last.stamp) as f64 * 1e-9;
+        let gain = 1.0 - f64::exp(-gone / 0.05);
+        centroid.x = last.x + gain * (centroid.x - last.x);
+        centroid.y = last.y + gain * (centroid.y - last.y);
     }
 }
 

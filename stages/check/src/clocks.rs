@@ -1,0 +1,193 @@
+//! Whether the clocks of camera and arm are one: delays, rates, steps, as commands and motions, and the tip's touches, tell them.
+
+use values::{Reject, RejectReason};
+
+use crate::finding::{Delay, Finding, LogRead};
+use crate::pairs::{self, FEWEST, Pair, Pairs};
+use crate::parts;
+use crate::statistics::{self, median};
+
+/// Least drift of clocks over a log that is told: in s, and in standard errors.
+const DRIFT: f64 = 0.1;
+const DRIFT_ERRORS: f64 = 6.0;
+
+/// The finding that clocks drift apart by at least so much (s) over a log; what a hand moved meanwhile tells nothing of it.
+pub(crate) fn clock_drift(log: &str, pairs: &[Pair], least: f64, certain: bool) -> Option<Finding> {
+    let each = pairs.iter().zip(pairs::are_astray(pairs));
+    let struck: Vec<Pair> = each.filter(|of| !of.1).map(|of| *of.0).collect();
+    let rises = beside_speed(&struck, |pair| pair.command.rise);
+    let lags = beside_speed(&struck, |pair| pair.lag);
+    let points: Vec<(f64, f64)> = rises.into_iter().zip(lags).collect();
+    let line = statistics::line(&points)?;
+    let rises = pairs.iter().map(|pair| pair.command.rise);
+    let span =
+        rises.clone().fold(f64::NEG_INFINITY, f64::max) - rises.fold(f64::INFINITY, f64::min);
+    let drifted = line.slope * span;
+    let is_sure = line.slope.abs() > DRIFT_ERRORS * line.slope_error;
+    (drifted.abs() > least && is_sure).then(|| Finding::ClockDrift {
+        log: log.into(),
+        rate: line.slope,
+        drifted,
+        certain,
+        by_touch: false,
+    })
+}
+
+/// Values of pairs with their dependence on the commanded speed taken off: the ramp to a faster plateau takes longer.
+fn beside_speed(pairs: &[Pair], of: impl Fn(&Pair) -> f64) -> Vec<f64> {
+    let points: Vec<(f64, f64)> = pairs.iter().map(|p| (p.command.speed, of(p))).collect();
+    let line = statistics::line(&points);
+    let at = |speed: f64| line.map_or(0.0, |line| line.at_zero + line.slope * speed);
+    let left = points.iter().map(|(speed, value)| value - at(*speed));
+    left.collect()
+}
+
+/// The findings on the clocks of camera and arm, as commands and motions tell them.
+pub(crate) fn findings(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (log, of) in logs.iter().zip(paired) {
+        if of.is_rated {
+            findings.extend(clock_drift(log.name, &of.pairs, DRIFT, true));
+            continue;
+        }
+        let step = parts::clock_step(log.name, &of.pairs).filter(|_| !of.is_shifted);
+        if let (Some(delay), None) = (of.delay, &step) {
+            findings.push(Finding::ClockOffset {
+                log: log.name.into(),
+                delay,
+                uncertainty: of.uncertainty,
+                strikes: of.pairs.len(),
+                certain: of.is_shifted,
+            });
+            if of.is_shifted {
+                continue;
+            }
+        }
+        findings.extend(other_times(log, of));
+        let commands = log.seen.commands.len();
+        // In another unit nothing is seen to move, nor at one time.
+        let is_unseen = |reject: &&&Reject| {
+            let unseen = [RejectReason::UnitsImplausible, RejectReason::ClockBackwards];
+            unseen.contains(&reject.reason)
+        };
+        let unseen = log.rejects.iter().filter(is_unseen).count();
+        if commands >= FEWEST && 4 * of.pairs.len() < commands && 2 * unseen < commands {
+            findings.push(Finding::NothingMoves {
+                log: log.name.into(),
+                commands,
+                moved: of.pairs.len(),
+                motions: log.seen.motions.len(),
+            });
+        }
+        let drifts = || clock_drift(log.name, &of.pairs, DRIFT, false);
+        findings.extend(step.or_else(drifts));
+    }
+    findings
+}
+
+/// Commands of one session beside a camera of another: a strike's command begins a motion, and a strike's motion was commanded.
+fn other_times(log: &LogRead<'_>, of: &Pairs) -> Option<Finding> {
+    /// Share of the slowest command's speed below which a motion may be a hand's doing.
+    const STRUCK: f64 = 0.5;
+    let commands = &log.seen.commands;
+    let slowest = commands
+        .iter()
+        .map(|c| c.speed)
+        .fold(f64::INFINITY, f64::min);
+    let followed = of.pairs.len();
+    let is_paired = |start: f64| of.pairs.iter().any(|pair| pair.motion.start == start);
+    let motions = log.seen.motions.iter();
+    let struck = motions
+        .filter(|m| m.velocity.norm() > STRUCK * slowest && !is_paired(m.start))
+        .count();
+    let is_apart = commands.len() >= FEWEST
+        && 4 * followed >= commands.len()
+        && 2 * followed < commands.len()
+        && 2 * struck >= commands.len();
+    is_apart.then(|| Finding::OtherTimes {
+        log: log.name.into(),
+        commands: commands.len(),
+        followed,
+        struck,
+    })
+}
+
+/// The delay between the camera and the arm's encoders, by touches at several speeds.
+pub(crate) fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
+    /// Standard error of a length, in m, from which it is not told from a delay.
+    const LENGTH: f64 = 0.0015;
+    let touches: Vec<(f64, f64)> = logs
+        .iter()
+        .flat_map(|log| &log.seen.delays)
+        .filter(|touch| touch.speed > 0.0 && touch.seconds.is_finite())
+        .map(|touch| (1.0 / touch.speed, touch.seconds))
+        .collect();
+    let strikes = touches.len();
+    if strikes < FEWEST {
+        return None;
+    }
+    let line = statistics::line(&touches).filter(|line| line.slope_error < LENGTH);
+    if let Some(line) = line {
+        return Some(Delay {
+            seconds: [line.at_zero, line.at_zero_error],
+            // Behind a reach that is longer than stated the object moves before the touch.
+            reach: Some([-line.slope, line.slope_error]),
+            strikes,
+        });
+    }
+    let middle = median(touches.iter().map(|touch| touch.1))?;
+    let spread = 1.4826 * median(touches.iter().map(|touch| (touch.1 - middle).abs()))?;
+    Some(Delay {
+        seconds: [middle, 1.2533 * spread / (strikes as f64).sqrt()],
+        reach: None,
+        strikes,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use values::Point;
+
+    use super::*;
+
+    /// Whether clocks of forty strikes seem to drift, which do by so many s from one strike to the next.
+    fn is_drifting(is_sorted: bool, by: f64) -> bool {
+        let pairs: Vec<Pair> = (0..40)
+            .map(|i| {
+                let part = |k: f64| (k * i as f64).fract();
+                let share = if is_sorted {
+                    i as f64 / 40.0
+                } else {
+                    part(0.618)
+                };
+                let speed = 0.4 + 0.6 * share;
+                let lag = 0.02 + speed / 5.0 + by * i as f64 + 0.004 * part(0.41);
+                Pair::made(i, [speed, 0.0], Point::new(speed, 0.0), lag)
+            })
+            .collect();
+        clock_drift("one.mcap", &pairs, DRIFT, false).is_some()
+    }
+
+    #[test]
+    fn a_longer_ramp_to_a_faster_plateau_is_no_drift() {
+        assert!(!is_drifting(true, 0.0) && !is_drifting(false, 0.0));
+        assert!(is_drifting(false, 0.005) && is_drifting(false, -0.005));
+    }
+
+    #[test]
+    fn what_a_hand_moves_late_in_a_log_hides_no_drift() {
+        let pairs: Vec<Pair> = (0..12)
+            .map(|i| {
+                let (speed, part) = (0.4 + 0.6 * (0.618 * i as f64).fract(), 0.41 * i as f64);
+                let (leaves, late) = if i > 9 { (2.5, -0.5) } else { (0.0, 0.0) };
+                let lag = 0.1 + speed / 5.0 + 0.05 * i as f64 + 0.01 * part.fract() + late;
+                Pair::made(i, [speed, 0.0], Point::polar(speed, leaves), lag)
+            })
+            .collect();
+        let found = clock_drift("one.mcap", &pairs, DRIFT, false);
+        assert!(
+            matches!(found, Some(Finding::ClockDrift { rate, .. }) if (rate - 0.05 / 6.0).abs() < 1e-3),
+            "{found:?}"
+        );
+    }
+}
