@@ -177,7 +177,7 @@ fn what_a_model_may_live_with_is_told() {
 /// What one log of several, or the tip's touches, tell.
 #[test]
 fn what_is_so_in_one_log_and_what_touches_tell_has_its_own_name() {
-    let lab = mistakes::lab_with_state(100, 5850);
+    let lab = mistakes::logged(Shape::Cylinder, 100, 5850, &["none"], None, true);
     assert!(lab.sessions.len() > 1);
     let clean = checked(&lab).0;
     assert_eq!(wrong(&clean), Vec::<&Finding>::new());

@@ -41,12 +41,8 @@ pub fn lab(
     logged(shape, strikes, seed, hide, plan, false)
 }
 
-/// One of a cylinder, with nothing hidden, whose arm's state is logged.
-pub fn lab_with_state(strikes: usize, seed: u64) -> Lab {
-    logged(Shape::Cylinder, strikes, seed, &["none"], None, true)
-}
-
-fn logged(
+/// A lab whose arm's state is logged, too, if it is to be.
+pub fn logged(
     shape: Shape,
     strikes: usize,
     seed: u64,
