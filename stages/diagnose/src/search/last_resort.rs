@@ -142,7 +142,7 @@ fn held_beside(selection: &Selection<'_>, candidate: &Candidate) -> Vec<&'static
 
 /// Whether a candidate may replace an effect: one of its kind; for a surface of any shape also patches and edges of friction or a lens, which it may
 /// have been taken for (beside a lens it would take what the lens's form leaves). A path that curls is taken for a slope and a grain together; a
-/// picture that is stretched, for an arm that errs by angle and a grain; one that is shifted beyond a line, for an arm that errs; a table that
+/// picture that is stretched, for an arm that errs by angle and a grain; one that is shifted beyond a line, for a constant error or one by place; a table that
 /// slopes otherwise in each session, for directions, friction and a slope.
 fn takes_place_of(candidate: &str, held: &str) -> bool {
     match (kind(candidate), kind(held)) {
@@ -156,7 +156,6 @@ fn takes_place_of(candidate: &str, held: &str) -> bool {
             Some(Family::SeenBySide),
             Some(
                 Family::LaunchAngle
-                | Family::LaunchAngleByCommand
                 | Family::LaunchByPlace
                 | Family::SeenByPlace
                 | Family::SeenByHeading,
