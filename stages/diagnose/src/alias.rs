@@ -1,6 +1,7 @@
 //! What a design runs together: where commands or starts follow the order of strikes, an arm that errs by them and one that drifts do the same
 //! to every strike; in one direction a slope and a grain do; from one place, what acts by place and what acts by the time or the way since the launch.
 
+use nalgebra::DVector;
 use values::{Rig, Strike};
 use world::effects::{Experiment, Family, effect};
 
@@ -25,23 +26,19 @@ pub(crate) struct Alias {
 
 impl Alias {
     pub(crate) fn of(rig: &Rig, strikes: &[&Strike]) -> Self {
-        let order = |strike: &Strike| strike.conditions.order;
-        let of = |covariate: fn(&Strike) -> f64| {
-            let pairs = strikes.iter().map(|s| (order(s), covariate(s)));
-            squared_correlation(&pairs.collect::<Vec<_>>()) > ONE
+        let all = |covariate: fn(&Strike) -> f64| {
+            DVector::from_iterator(strikes.len(), strikes.iter().map(|s| covariate(s)))
         };
-        let deviation = |place: fn(&Strike) -> f64| {
-            let places = strikes.iter().map(|strike| place(strike));
-            let count = strikes.len().max(1) as f64;
-            let mean = places.clone().sum::<f64>() / count;
-            (places.map(|at| (at - mean).powi(2)).sum::<f64>() / count).sqrt()
-        };
+        let order = all(|s| s.conditions.order);
+        let of = |covariate: fn(&Strike) -> f64| squared_correlation(&order, &all(covariate)) > ONE;
+        let starts = [all(|s| s.initial.x), all(|s| s.initial.y)];
+        let [x, y] = starts.map(|places| places.variance());
         Self {
             speed: of(|s| s.command.speed),
             angle: of(|s| s.command.angle),
             start: of(|s| s.initial.x) || of(|s| s.initial.y),
             is_one_way: Experiment { rig, strikes }.is_one_way(),
-            is_one_place: deviation(|s| s.initial.x).hypot(deviation(|s| s.initial.y)) < ONE_PLACE,
+            is_one_place: x + y < ONE_PLACE * ONE_PLACE,
         }
     }
 
@@ -76,19 +73,13 @@ impl Alias {
 }
 
 /// Squared correlation; none of values that do not vary.
-fn squared_correlation(pairs: &[(f64, f64)]) -> f64 {
-    let n = pairs.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / n;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let [mut xx, mut xy, mut yy] = [0.0; 3];
-    for (a, b) in pairs {
-        xx += (a - x).powi(2);
-        xy += (a - x) * (b - y);
-        yy += (b - y).powi(2);
-    }
-    match xx * yy > 0.0 {
-        true => xy * xy / (xx * yy),
-        false => 0.0,
+fn squared_correlation(a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+    let (a, b) = (a.add_scalar(-a.mean()), b.add_scalar(-b.mean()));
+    let squares = a.norm_squared() * b.norm_squared();
+    if squares > 0.0 {
+        a.dot(&b).powi(2) / squares
+    } else {
+        0.0
     }
 }
 

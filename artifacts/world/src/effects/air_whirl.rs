@@ -71,12 +71,8 @@ fn one_whirl(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
     let (mut rate, mut moment) = (0.0, Point::default());
     for (column, coefficient) in start.columns.iter().zip(coefficients) {
         let own = coefficient * column.strength.1;
-        let at = |name: &str| {
-            let form = column.form.iter().find(|(known, _)| known == name);
-            form.map_or(0.0, |(_, value)| *value)
-        };
         rate += own;
-        moment = moment + Point::new(at("center_x"), at("center_y")) * own;
+        moment = moment + Point::new(column.form_of("center_x"), column.form_of("center_y")) * own;
     }
     let safe = if rate.abs() < STILL { STILL } else { rate };
     let centre = moment * safe.recip();

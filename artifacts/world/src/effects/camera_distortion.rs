@@ -78,10 +78,7 @@ fn one_lens(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
     let strengths: Vec<(&Column, f64)> = strengths.collect();
     let k1: f64 = strengths.iter().map(|(_, k1)| k1).sum();
     let axis = |name: &str| {
-        let at = |column: &Column| {
-            let place = column.form.iter().find(|(of, _)| of == name);
-            place.map_or(0.0, |(_, value)| *value)
-        };
+        let at = |column: &Column| column.form_of(name);
         let stated = strengths.first().map_or(0.0, |(column, _)| at(column));
         let moment: f64 = strengths.iter().map(|(c, k1)| k1 * (at(c) - stated)).sum();
         let aside = if k1.abs() > 1e-6 { moment / k1 } else { 0.0 };

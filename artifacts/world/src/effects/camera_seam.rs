@@ -9,7 +9,7 @@ use values::Point;
 
 use super::{
     Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Values,
+    Origin, Parameters,
     parameters::{centre, direction},
     wording,
 };
@@ -47,13 +47,13 @@ pub const SPEC: EffectSpec = EffectSpec {
     build: |values, _| {
         Box::new(CameraSeam {
             normal: Point::polar(1.0, values.get("direction")),
-            middle: place(values),
+            middle: values.line_foot(),
             width: values.get("width"),
             shift: Point::new(values.get("shift_x"), values.get("shift_y")),
         })
     },
     statement: |values| {
-        let middle = place(values);
+        let middle = values.line_foot();
         let shift = Point::new(values.get("shift_x"), values.get("shift_y"));
         format!(
             "beyond a line through ({:.2}, {:.2}) m, across {} from +x, objects are seen shifted by {:.1} mm towards {}: two cameras or two \
@@ -66,12 +66,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-/// The line's point that is nearest to the one that its offset is measured from.
-fn place(values: &Values) -> Point {
-    let from = Point::new(values.get("center_x"), values.get("center_y"));
-    from + Point::polar(values.get("offset"), values.get("direction"))
-}
 
 fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
     let [x, y] = experiment.extent();

@@ -8,7 +8,7 @@ use values::Point;
 
 use super::{
     Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, Values,
+    Origin, Parameters, Slide,
     parameters::{centre, direction},
 };
 
@@ -44,13 +44,13 @@ pub const SPEC: EffectSpec = EffectSpec {
     build: |values, _| {
         Box::new(FrictionLine {
             normal: Point::polar(1.0, values.get("direction")),
-            middle: place(values),
+            middle: values.line_foot(),
             width: values.get("width"),
             length: values.get("length"),
         })
     },
     statement: |values| {
-        let (middle, length) = (place(values), values.get("length"));
+        let (middle, length) = (values.line_foot(), values.get("length"));
         format!(
             "a line lies across the table through ({:.2}, {:.2}) m, towards {:.0}° from +x, {:.1} cm wide: a crossing costs as much as \
              {:.1} cm of way {}, as glue, tape, a scratch or a smooth strip would do; look at the table there, and log again once it is clean",
@@ -63,12 +63,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-/// The line's point that is nearest to the one that its offset is measured from.
-fn place(values: &Values) -> Point {
-    let from = Point::new(values.get("center_x"), values.get("center_y"));
-    from + Point::polar(values.get("offset"), values.get("direction"))
-}
 
 fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
     let [x, y] = experiment.extent();

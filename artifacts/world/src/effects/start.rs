@@ -69,6 +69,12 @@ impl Column {
             is_kept: false,
         }
     }
+
+    /// A parameter of form; 0 where it has none of that name.
+    pub fn form_of(&self, name: &str) -> f64 {
+        let found = self.form.iter().find(|(known, _)| known == name);
+        found.map_or(0.0, |(_, value)| *value)
+    }
 }
 
 impl FitStart {

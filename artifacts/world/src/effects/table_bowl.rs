@@ -127,10 +127,7 @@ fn one_bowl(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
     let [mean, stretch, twist] = ["curvature", "stretch", "twist"].map(total);
     let moment = |place: &str| {
         heights("curvature")
-            .map(|(column, height)| {
-                let at = column.form.iter().find(|(name, _)| name == place);
-                height * at.map_or(0.0, |(_, value)| *value)
-            })
+            .map(|(column, height)| height * column.form_of(place))
             .sum::<f64>()
     };
     // p₀ = K⁻¹·moment.

@@ -5,7 +5,7 @@ use render::{Cover, Moment, Optics, Renderer, Scene};
 use track::{
     Calibration, Decoder, KnownLens, Lens, SeenPoint, Tracker, TuneError, Tuned, Workspace,
 };
-use values::{Point, Shape};
+use values::{Point, Rig, Shape};
 
 #[test]
 fn a_camera_calibrated_from_points_finds_the_object_where_it_is() {
@@ -54,20 +54,28 @@ fn a_camera_calibrated_from_points_finds_the_object_where_it_is() {
     }
 }
 
-#[test]
-fn a_proposed_colour_finds_the_object_in_other_light() {
+/// A rig whose camera has few pixels, and that camera.
+fn small() -> (Rig, Optics) {
     let case = Case {
         pixels: [640, 480],
         ..Case::flat()
     };
-    let mut rig = rig(&tall(Shape::Cylinder), &case);
+    let rig = rig(&tall(Shape::Cylinder), &case);
     let optics = Optics::of(&rig, case.pixels).expect("complete");
-    let at = Moment {
-        x: 0.4,
-        y: 0.1,
-        yaw: 0.0,
-    };
-    let pixel = optics.seen([at.x, at.y, 0.04]);
+    (rig, optics)
+}
+
+/// Where the object lies whose colour is proposed.
+const AT: Moment = Moment {
+    x: 0.4,
+    y: 0.1,
+    yaw: 0.0,
+};
+
+#[test]
+fn a_proposed_colour_finds_the_object_in_other_light() {
+    let (mut rig, optics) = small();
+    let pixel = optics.seen([AT.x, AT.y, 0.04]);
     // Red, green and blue objects, on tables of other colours.
     for (object, table) in [
         ([0.50, 0.03, 0.04], [0.32, 0.31, 0.29]),
@@ -78,7 +86,7 @@ fn a_proposed_colour_finds_the_object_in_other_light() {
         (scene.object, scene.table) = (object, table);
         let renderer = |scene: Scene| Renderer::new(optics, scene, 2.0, 4);
         let image = |renderer: &Renderer| {
-            let rendered = renderer.render(&|_| at, 1);
+            let rendered = renderer.render(&|_| AT, 1);
             decoded(&mut Decoder::default(), Some(90), &rendered.picture)
         };
         let seen = image(&renderer(scene.clone()));
@@ -96,7 +104,7 @@ fn a_proposed_colour_finds_the_object_in_other_light() {
             for image in [&seen, &image(&renderer(dim))] {
                 let centre = tracker.observe(image).centre.expect("found");
                 // A pixel is 2.4 mm.
-                let off = centre.distance(Point::new(at.x, at.y));
+                let off = centre.distance(Point::new(AT.x, AT.y));
                 println!(
                     "{object:?} {named:?}: {:.2} mm, {:?}",
                     1e3 * off,
@@ -110,17 +118,7 @@ fn a_proposed_colour_finds_the_object_in_other_light() {
 
 #[test]
 fn of_what_stands_out_the_colour_of_the_objects_size_is_proposed() {
-    let case = Case {
-        pixels: [640, 480],
-        ..Case::flat()
-    };
-    let mut rig = rig(&tall(Shape::Cylinder), &case);
-    let optics = Optics::of(&rig, case.pixels).expect("complete");
-    let at = Moment {
-        x: 0.4,
-        y: 0.1,
-        yaw: 0.0,
-    };
+    let (mut rig, optics) = small();
     let mut scene = Scene::laboratory(&rig.object).expect("sizes");
     // A box of another colour that stands out more, twice as wide.
     scene.covers.push(Cover {
@@ -130,7 +128,7 @@ fn of_what_stands_out_the_colour_of_the_objects_size_is_proposed() {
         height: 0.02,
         colour: [0.0, 0.9, 0.0],
     });
-    let rendered = Renderer::new(optics, scene, 2.0, 2).render(&|_| at, 1);
+    let rendered = Renderer::new(optics, scene, 2.0, 2).render(&|_| AT, 1);
     let seen = decoded(&mut Decoder::default(), None, &rendered.picture);
     let most = Tuned::propose(&seen, None, None).expect("proposed");
     rig.object.colour = Some(most.colour);
@@ -138,7 +136,7 @@ fn of_what_stands_out_the_colour_of_the_objects_size_is_proposed() {
     let fits = |tuned: &Tuned| tracker.is_of_size(tuned.pixel, tuned.area as f64);
     assert!(!fits(&most), "{:?}", most.pixel);
     let object = Tuned::propose(&seen, None, Some(&fits)).expect("proposed");
-    let [u, v] = optics.seen([at.x, at.y, 0.04]);
+    let [u, v] = optics.seen([AT.x, AT.y, 0.04]);
     let off = (object.pixel[0] - u).hypot(object.pixel[1] - v);
     assert!(off < 8.0, "{:?}", object.pixel);
 }
