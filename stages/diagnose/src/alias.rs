@@ -2,8 +2,10 @@
 //! to every strike; in one direction a slope and a grain do; from one place, what acts by place and what acts by the time or the way since the launch.
 
 use nalgebra::DVector;
-use values::{Rig, Strike};
+use values::{Point, Rig, Strike};
 use world::effects::{Experiment, Family, effect};
+
+use crate::model::Part;
 
 /// Squared correlation with the order of strikes beyond which a covariate and the order are one: it takes four of five parts of what depends on either.
 const ONE: f64 = 0.8;
@@ -21,7 +23,8 @@ pub(crate) struct Alias {
     start: bool,
     /// All directions, and all places of start.
     is_one_way: bool,
-    is_one_place: bool,
+    /// Where all strikes start (m), if that is one place.
+    one_place: Option<Point>,
 }
 
 impl Alias {
@@ -32,13 +35,14 @@ impl Alias {
         let order = all(|s| s.conditions.order);
         let of = |covariate: fn(&Strike) -> f64| squared_correlation(&order, &all(covariate)) > ONE;
         let starts = [all(|s| s.initial.x), all(|s| s.initial.y)];
+        let middle = Point::new(starts[0].mean(), starts[1].mean());
         let [x, y] = starts.map(|places| places.variance());
         Self {
             speed: of(|s| s.command.speed),
             angle: of(|s| s.command.angle),
             start: of(|s| s.initial.x) || of(|s| s.initial.y),
             is_one_way: Experiment { rig, strikes }.is_one_way(),
-            is_one_place: x + y < ONE_PLACE * ONE_PLACE,
+            one_place: (x + y < ONE_PLACE * ONE_PLACE).then_some(middle),
         }
     }
 
@@ -60,9 +64,19 @@ impl Alias {
         }
     }
 
-    /// Whether these are so many effects, from one place, that something which changes along every slide may be behind them.
-    pub(crate) fn is_stack(self, names: &[&str]) -> bool {
-        self.is_one_place && names.len() >= STACK
+    /// Whether something that changes along every slide may be behind these effects, for all strikes start at one place: they are many, or a patch of
+    /// friction lies there.
+    pub(crate) fn is_along_every_slide(self, effects: &[Part]) -> bool {
+        let Some(start) = self.one_place else {
+            return false;
+        };
+        let lies_there = |part: &Part| {
+            let of = |name| part.parameters.get(name).copied();
+            let patch = of("center_x").zip(of("center_y")).zip(of("radius"));
+            patch.is_some_and(|((x, y), radius)| start.distance(Point::new(x, y)) < radius)
+        };
+        let is_patch = |part: &&Part| part.name == "friction_patch";
+        effects.len() >= STACK || effects.iter().filter(is_patch).any(lies_there)
     }
 
     /// Whether this effect is one with a drift of the heading, which has no name.
@@ -85,7 +99,9 @@ fn squared_correlation(a: &DVector<f64>, b: &DVector<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Conditions, Point, Shape, Split, Track};
+    use std::collections::BTreeMap;
+
+    use values::{Command, Conditions, Shape, Split, Track};
 
     use super::*;
 
@@ -155,18 +171,38 @@ mod tests {
         assert_eq!(alias.alike("table_tilt"), ["anisotropic_friction"]);
         assert_eq!(alias.alike("anisotropic_friction"), ["table_tilt"]);
         assert_eq!(alias.alike("striker_error_by_place"), ["restitution_drift"]);
-        let three = ["friction_patch", "camera_lean", "camera_distortion"];
-        assert!(!alias.is_stack(&three), "from several places");
+        assert!(!alias.is_along_every_slide(&[patch(0.3), other(), other()]));
+    }
+
+    fn other() -> Part {
+        Part {
+            name: "camera_lean",
+            parameters: BTreeMap::new(),
+            free: Vec::new(),
+            strengths: Vec::new(),
+            within: BTreeMap::new(),
+            shrinks_to: None,
+        }
+    }
+
+    fn patch(x: f64) -> Part {
+        let parameters = [("center_x", x), ("center_y", 0.0), ("radius", 0.05)];
+        Part {
+            name: "friction_patch",
+            parameters: parameters.map(|(name, value)| (name.into(), value)).into(),
+            ..other()
+        }
     }
 
     #[test]
-    fn many_effects_from_one_place_are_none() {
+    fn from_one_place_a_patch_there_and_many_effects_are_what_changes_along_slides() {
         let command = |i: f64| Command {
             speed: 0.5 + 0.02 * (7.0 * i).rem_euclid(20.0),
             angle: 0.03 * i - 0.3,
         };
         let alias = alias(command, |_| Point::new(0.3, 0.0));
-        let names = ["friction_patch", "camera_lean", "camera_distortion"];
-        assert!(alias.is_stack(&names) && !alias.is_stack(&names[1..]));
+        assert!(alias.is_along_every_slide(&[other(), other(), other()]));
+        assert!(!alias.is_along_every_slide(&[other(), patch(0.5)]));
+        assert!(alias.is_along_every_slide(&[patch(0.32)]));
     }
 }

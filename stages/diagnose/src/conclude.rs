@@ -318,7 +318,8 @@ impl Case<'_, '_> {
             let cause = Some(notes::ANGLES_IN_ORDER.into());
             return Ok(unnamed(unexplained, cause, Some(note)));
         }
-        if alias.is_stack(&self.names()) {
+        let parts = fitted.model.fitted_parts(&fitted.model.values);
+        if alias.is_along_every_slide(&parts) {
             let note = notes::not_named(&self.names(), "all strikes start at one place");
             let cause = Some(notes::FROM_ONE_PLACE.into());
             return Ok(unnamed(unexplained, cause, Some(note)));

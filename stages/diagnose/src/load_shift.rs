@@ -82,6 +82,7 @@ mod tests {
             let aside = summed(friction * height) - summed(0.0);
             let found = shift.acceleration(&Slide {
                 position: Point::default(),
+                from: Point::default(),
                 velocity,
                 spin,
                 dry,

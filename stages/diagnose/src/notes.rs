@@ -192,8 +192,8 @@ pub(crate) fn not_named(names: &[&str], why: &str) -> String {
 
 /// Why several effects from one place are not named.
 pub(crate) const FROM_ONE_PLACE: &str = "all strikes start at one place, from where what depends on the place, on the way gone and on the time since the impact \
-     is one: something that changes along every slide (an object that sticks at first, or rides on air) would look like several effects; strike \
-     from other places";
+     is one: something that changes along every slide (an object that sticks at first, or rides on air) would look like a patch there, or like several effects; strike from \
+     other places";
 
 /// Why an arm's error by angle is not named.
 pub(crate) const ANGLES_IN_ORDER: &str = "the launch angle depends on the commanded angle or on the order of strikes, which are one in these logs: an arm \

@@ -34,7 +34,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 63;
+    const VERSION: u32 = 64;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

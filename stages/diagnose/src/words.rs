@@ -40,6 +40,8 @@ pub(crate) fn finding(finding: &Finding) -> String {
         ("speed", _) => "depends on the commanded speed".into(),
         ("angle", _) => "depends on the commanded angle".into(),
         ("command before", _) => "depends on the command of the strike before".into(),
+        ("group", _) => "falls into two groups of strikes, which nothing that was logged tells apart (two objects, a tip or a focus that rests in \
+                         one of two states)".into(),
         ("pause", _) => "depends on the pause before a strike".into(),
         (covariate, _) => format!("depends on the {covariate}"),
     };
@@ -93,7 +95,7 @@ pub(crate) fn summary(
 ) -> String {
     match verdict {
         Verdict::Consistent if p_value.is_real() => format!(
-            "no gap at rest: tracks differ from the world's beyond noise ({}), but stops by no more than repeats scatter",
+            "no gap at rest: what tracks differ by from the world's is beyond noise ({}), but moves stops by less than they scatter",
             self::p_value(p_value)
         ),
         Verdict::Consistent if p_value.is_real_as_drawn() => format!(
@@ -106,9 +108,22 @@ pub(crate) fn summary(
         ),
         Verdict::Unexplained => unexplained(cause),
         Verdict::Named => {
-            let statements: Vec<&str> = named.iter().map(|n| n.statement.as_str()).collect();
+            let statements: Vec<String> = named.iter().map(stated).collect();
             statements.join(", and ")
         }
+    }
+}
+
+/// What an effect does, with all that may as well stand in its place.
+fn stated(effect: &NamedEffect) -> String {
+    match effect.equivalent.as_slice() {
+        [] => effect.statement.clone(),
+        alike => format!(
+            "{} ({} is one name of several: {} would fit these strikes as well)",
+            effect.statement,
+            effect.name,
+            alike.join(" or ")
+        ),
     }
 }
 
@@ -121,6 +136,26 @@ pub(crate) fn unexplained(cause: Option<&str>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_is_stated_with_all_that_fit_as_well() {
+        let effect = NamedEffect {
+            name: "table_tilt".into(),
+            parameters: Default::default(),
+            statement: "the table slopes".into(),
+            evidence: 9.0,
+            equivalent: vec!["anisotropic_friction".into(), "a draught".into()],
+            rivals: Vec::new(),
+        };
+        let alone = NamedEffect {
+            equivalent: Vec::new(),
+            ..effect.clone()
+        };
+        assert_eq!(stated(&alone), "the table slopes");
+        let several = stated(&effect);
+        assert!(several.contains("table_tilt is one name of several"));
+        assert!(several.contains("anisotropic_friction or a draught"));
+    }
 
     #[test]
     fn a_probability_is_stated_no_smaller_than_its_replicates_show() {

@@ -70,6 +70,15 @@ fn friction_that_steps_or_cycles_with_the_order_is_no_wander() {
 }
 
 #[test]
+fn strikes_of_two_objects_are_two_groups_and_no_scatter() {
+    for plan in [Plan::Random, Plan::OneCommand] {
+        let found = diagnosed(plan, Hidden::TwoObjects(0.15), 64);
+        assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
+        assert!(found.summary.contains("two groups"), "{}", found.summary);
+    }
+}
+
+#[test]
 fn what_changes_with_the_command_halfway_or_waves_over_the_table_is_no_scatter() {
     for hidden in [Hidden::GainHalfway(0.7), Hidden::Ripple(0.8)] {
         let found = diagnosed(Plan::Random, hidden, 65);

@@ -12,6 +12,8 @@ const UNOBSERVE_STEPS: u32 = 100;
 pub struct Slide<'a> {
     /// Centre in m.
     pub position: Point,
+    /// Where it was struck, in m.
+    pub from: Point,
     /// Velocity in m/s.
     pub velocity: Point,
     /// Turning in rad/s, to the left.

@@ -45,6 +45,7 @@ pub const EFFECTS: &[&EffectSpec] = &[
     &super::air_whirl::SPEC,
     &super::camera_stretch::SPEC,
     &super::camera_seam::SPEC,
+    &super::friction_from_start::SPEC,
     &super::table_tilt_by_session::SPEC,
 ];
 

@@ -17,6 +17,7 @@ mod field;
 mod footprint;
 mod friction_by_session;
 mod friction_drift;
+mod friction_from_start;
 mod friction_gradient;
 mod friction_line;
 mod friction_map;

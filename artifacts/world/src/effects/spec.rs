@@ -80,6 +80,8 @@ pub enum Family {
     FrictionByPlace,
     /// Friction or drag, by sliding speed.
     FrictionBySpeed,
+    /// Friction, by how far the object has slid.
+    FrictionBySlide,
     /// Friction, by the direction of the slide.
     FrictionByHeading,
     /// Force, by place on the table.

@@ -294,6 +294,7 @@ fn each_acts_where_it_says_and_nowhere_else() {
         let slides = places.map(|position| {
             let slide = Slide {
                 position,
+                from: places[0],
                 velocity: Point::new(2.0 * position.x, position.y),
                 spin: 0.0,
                 dry: DRY,

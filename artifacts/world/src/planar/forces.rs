@@ -94,6 +94,8 @@ impl Body {
 pub(super) struct Forces<'s> {
     pub(super) planar: &'s Planar<'s>,
     conditions: &'s Conditions,
+    /// Where the object was struck, in m.
+    pub(super) from: Point,
     /// The table's deceleration before any effect in m/s²: this strike's own friction.
     dry: f64,
     /// Factor on friction, and force per unit mass in m/s², of effects that are constant during the slide.
@@ -104,11 +106,17 @@ pub(super) struct Forces<'s> {
 }
 
 impl<'s> Forces<'s> {
-    /// `friction`: the logarithm of this strike's factor on the world's friction.
-    pub(super) fn new(planar: &'s Planar<'s>, conditions: &'s Conditions, friction: f64) -> Self {
+    /// `from`: where the object was struck, in m; `friction`: the logarithm of this strike's factor on the world's friction.
+    pub(super) fn new(
+        planar: &'s Planar<'s>,
+        conditions: &'s Conditions,
+        from: Point,
+        friction: f64,
+    ) -> Self {
         let dry = planar.friction * GRAVITY * friction.exp();
         let mut slide = Slide {
-            position: Point::default(),
+            position: from,
+            from,
             velocity: Point::default(),
             spin: 0.0,
             dry,
@@ -121,6 +129,7 @@ impl<'s> Forces<'s> {
         Self {
             planar,
             conditions,
+            from,
             dry,
             factor,
             force: even.fold(Point::default(), |sum, e| sum + e.acceleration(&slide)),
@@ -150,6 +159,7 @@ impl<'s> Forces<'s> {
     fn slide(&self, body: &Body) -> Slide<'_> {
         Slide {
             position: body.position,
+            from: self.from,
             velocity: body.velocity,
             spin: body.spin,
             dry: self.dry,

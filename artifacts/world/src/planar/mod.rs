@@ -47,7 +47,7 @@ impl Planar<'_> {
 
     /// Deceleration by dry friction, and force per unit mass, both in m/s², from effects that are constant during a slide.
     pub fn even(&self, conditions: &Conditions) -> (f64, Point) {
-        Forces::new(self, conditions, 0.0).even()
+        Forces::new(self, conditions, Point::default(), 0.0).even()
     }
 
     /// The slide alone, from where the tip lets go of the object.

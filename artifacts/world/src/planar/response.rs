@@ -54,6 +54,8 @@ struct Place {
 /// The slide at one time.
 pub struct Node {
     body: Body,
+    /// Where the object was struck, in m.
+    from: Point,
     rate: Rate,
     /// Deceleration by dry friction, of all effects, in m/s².
     dry: f64,
@@ -199,6 +201,7 @@ impl Node {
         ];
         Self {
             body,
+            from: forces.from,
             dry: forces.dry(&body),
             by_friction: forces.rubbed(&body, 1.0 + friction).less(&rate) * friction.recip(),
             by: [
@@ -241,6 +244,7 @@ impl Node {
     fn slide<'c>(&self, conditions: &'c Conditions) -> Slide<'c> {
         Slide {
             position: self.body.position,
+            from: self.from,
             velocity: self.body.velocity,
             spin: self.body.spin,
             dry: self.dry,
@@ -347,7 +351,7 @@ impl Response<'_> {
         deviation: &Deviation,
         column: &mut [f64],
     ) {
-        let forces = Forces::new(other, self.conditions, deviation.friction);
+        let forces = Forces::new(other, self.conditions, self.origin, deviation.friction);
         let start = self.start_of(other, release, deviation);
         let added = |node: &Node| forces.rate(&node.body).less(&node.rate);
         self.answer(start, &added, column);

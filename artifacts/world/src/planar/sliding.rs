@@ -80,7 +80,7 @@ impl<'s> Sliding<'s> {
             seen.push(planar.observe(at), rate);
             frame += 1;
         }
-        let forces = Forces::new(planar, input.conditions, deviation.friction);
+        let forces = Forces::new(planar, input.conditions, origin, deviation.friction);
         let mut object = Self {
             rate: forces.rate(&body),
             forces,

@@ -93,6 +93,7 @@ impl Worker<'_> {
             // Forces at the middle of the step keep it second order.
             let slide = Slide {
                 position: position + velocity * (0.5 * timestep),
+                from: origin,
                 velocity: velocity + acceleration * (0.5 * timestep),
                 spin: self.engine.spin(),
                 dry: weight,

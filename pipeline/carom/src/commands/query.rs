@@ -45,7 +45,7 @@ pub fn run(args: &QueryArgs) -> Result<Output, Error> {
     answer(&database, &args.sql.join(" ")).map_err(|error| {
         let known = described(&database).unwrap_or_default();
         Error::input(format!(
-            "ask the tables of {}: {error}; there are\n{known}",
+            "ask the tables of {}: {error}; a column that is named as a word of SQL is written in double quotes: \"index\"; there are\n{known}",
             args.dir.display()
         ))
     })

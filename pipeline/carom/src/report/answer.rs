@@ -12,7 +12,7 @@ use super::markup::title;
 use crate::outputs::NEXT_STRIKES;
 use crate::publishing::best_model;
 use crate::results::Worlds;
-use crate::summary::diagnosis::{changes, numbers, probability, sentence};
+use crate::summary::diagnosis::{changes, numbers, probability};
 
 /// Half the width of a 95 % interval of a mean, in standard errors.
 const HALF_95: f64 = 1.96;
@@ -58,7 +58,7 @@ fn missing(shown: &ReportInput<'_>) -> Markup {
         @if diagnosis.verdict == Verdict::Named {
             (more(html! { @for effect in &diagnosis.effects { li { (effect.statement) } } }))
         } @else {
-            p { (sentence(diagnosis)) "." }
+            p { (diagnosis.summary.trim_end_matches('.')) "." }
         }
     }
 }
@@ -72,7 +72,7 @@ fn how_sure(shown: &ReportInput<'_>) -> Markup {
         p.said { (verdict(diagnosis.verdict)) }
         p {
             @match diagnosis.verdict {
-                Verdict::Consistent => { "Stops are off by no more than repeats scatter. Tracks that differ as much from the world's come " },
+                Verdict::Consistent => { "Stops are off by no more than their scatter. Tracks that differ as much from the world's come " },
                 Verdict::Unexplained | Verdict::Named => { "A gap like this comes " },
             }
             "by chance with probability "

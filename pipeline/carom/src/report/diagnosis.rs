@@ -10,7 +10,7 @@ use super::markup::{in_colours, section, swatch, title, wide};
 use super::plot::short;
 use super::residual_plots::{COVARIATES, ResidualOf, StrikeResidual, against, magnification, map};
 use crate::outputs::NEXT_STRIKES;
-use crate::summary::diagnosis::{gap, numbers, probability, sentence, to_two_figures_of};
+use crate::summary::diagnosis::{gap, numbers, probability, to_two_figures_of};
 
 /// Candidates of the ranking that are shown.
 const RANKED: usize = 12;
@@ -24,7 +24,7 @@ pub fn diagnosis_section(
     section(
         "Where simulation and strikes disagree",
         html! {
-            p.verdict { strong { (verdict(diagnosis.verdict)) ":" } " " (sentence(diagnosis)) "." }
+            p.verdict { strong { (verdict(diagnosis.verdict)) ":" } " " (diagnosis.summary.trim_end_matches('.')) "." }
             @if found.world.is_some() && shown.results.worlds.as_ref().is_some_and(|worlds| worlds.effect.is_none()) {
                 p { "As asked, it is not added to the world that is used." }
             }

@@ -165,7 +165,7 @@ fn the_page_shows_verdict_parameters_gap_pictures_and_next_strikes() {
     let page = text(found_tilt(), true);
     for said in [
         "Where simulation and strikes disagree",
-        "The table is not level; table_tilt is one name of several: a steady draught would fit these strikes as well.",
+        "</strong> The table is not level.",
         "the table slopes down by 4.2 mm per metre",
         "0.00420",
         "0.00400 … 0.00440",

@@ -13,7 +13,7 @@ const RANKED: usize = 3;
 pub fn diagnosis(diagnosis: &Diagnosis) -> String {
     let mut text = format!("diagnosis  {}", verdict(diagnosis.verdict));
     if diagnosis.effects.is_empty() {
-        let _ = write!(text, ": {}", sentence(diagnosis));
+        let _ = write!(text, ": {}", diagnosis.summary.trim_end_matches('.'));
     }
     text.push('\n');
     for place in &diagnosis.r#where {
@@ -58,22 +58,6 @@ pub fn verdict(verdict: Verdict) -> &'static str {
         Verdict::Consistent => "consistent",
         Verdict::Unexplained => "unexplained",
     }
-}
-
-/// The summary; an effect that these strikes cannot distinguish from others has those beside its name.
-pub fn sentence(diagnosis: &Diagnosis) -> String {
-    let mut text = diagnosis.summary.trim_end_matches('.').to_owned();
-    for effect in &diagnosis.effects {
-        if !effect.equivalent.is_empty() {
-            let _ = write!(
-                text,
-                "; {} is one name of several: {} would fit these strikes as well",
-                effect.name,
-                effect.equivalent.join(" or ")
-            );
-        }
-    }
-    text
 }
 
 /// How far the gap shrinks, in a sentence.

@@ -52,6 +52,7 @@ fn draw(
     // Effects of a family by place do the same at any speed.
     let slide = |position: Point| Slide {
         position,
+        from: position,
         velocity: Point::new(0.5, 0.0),
         spin: 0.0,
         dry,

@@ -2,7 +2,8 @@
 //! order, or differ from none where the world says none?
 //!
 //! The strike table ([`table`]) has what each strike needs. Each of its columns is asked by permutations, which believe no noise model, in
-//! four families (commands, order, cycles over the order, levels), a quarter of the level each. The strongest answer of a family is calibrated by what the same
+//! four families (commands, order, cycles over the order, levels); a fifth asks whether strikes fall into two groups ([`groups`]). Each has a
+//! fifth of the level. The strongest answer of a family is calibrated by what the same
 //! questions answer to the same 1999 permutations, so that the many looks count ([`families`]). Commands and starts are the only
 //! covariates: what was realised holds the errors that it would be asked about. Before commands are asked, a wander of launch or friction
 //! over the order is taken off, the greatest that the strikes do not exclude; sessions are projected out (Freedman and Lane 1983). What
@@ -12,6 +13,7 @@
 mod components;
 mod covariates;
 mod families;
+mod groups;
 mod order;
 mod place;
 mod projection;
@@ -34,6 +36,7 @@ use values::{Command, Shape};
 use self::{
     covariates::{Covariates, Wave},
     families::{Calibrated, Shuffles, Statistic, calibrated},
+    groups::Groups,
     order::InOrder,
     place::Pushes,
     projection::{Basis, explained},
@@ -57,7 +60,9 @@ const NEEDS: [Column; 4] = [
     Column::Stop,
 ];
 /// Number of families of questions; each gets an equal share of the level [`REAL`].
-const FAMILIES: f64 = 4.0;
+const FAMILIES: f64 = 5.0;
+/// Covariate of strikes that fall into two groups, which nothing that was logged tells apart.
+const GROUP: &str = "group";
 /// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
 const RUNS_WITH_ORDER: f64 = 0.5;
 
@@ -443,15 +448,17 @@ impl Asking {
             }
         });
         findings.extend(ordered);
+        findings.extend(self.in_groups(&by_order));
         let total = self.total();
         for finding in &mut findings {
             finding.size = finding.size.min(total);
         }
-        // What strikes share that no smooth function of commands holds, repeats do not scatter by; only repeats themselves show it apart.
-        let unseen = findings.iter().filter(|_| !are_repeated(&self.commands));
-        let unseen = unseen
-            .filter(|found| found.is_unsmooth)
-            .map(|found| found.size);
+        // What strikes share that no smooth function of commands holds, repeats do not scatter by; only repeats themselves show it apart. Two
+        // groups are a cause, not scatter.
+        let are_repeated = are_repeated(&self.commands);
+        let is_unseen =
+            |found: &&Finding| found.covariate == GROUP || found.is_unsmooth && !are_repeated;
+        let unseen = findings.iter().filter(is_unseen).map(|found| found.size);
         let unseen = unseen.fold(0.0, f64::max);
         let repeats = self.variation(&by_order).repeats;
         let floor = (repeats * repeats - unseen * unseen)
@@ -779,6 +786,33 @@ impl Asking {
             }
         }
         both
+    }
+
+    /// The columns whose strikes fall into two groups, beside what depends on commands and order.
+    fn in_groups(&self, by_order: &[(Column, Vec<DVector<f64>>)]) -> Vec<Finding> {
+        let finding = |of: &Column| {
+            let (weight, at) = self.in_order(*of)?;
+            let found = by_order.iter().filter(|(other, _)| other == of);
+            let found = found.flat_map(|(_, functions)| functions);
+            let beside = at.beside.with(found.map(|f| f.component_mul(&at.weights)));
+            let left = beside.off(at.values);
+            let (ratio, _) = self.wander.beside(&beside.0).likeliest(&left);
+            let values = left + self.weighed(*of, true).clipped;
+            let groups = Groups::of(&values)?;
+            let p_value = groups.p_value(&self.wander, ratio, &beside, self.seed);
+            let what = What::Column(*of);
+            let unit = (weight / values.len() as f64).sqrt();
+            Some(Finding {
+                what,
+                covariate: GROUP,
+                p_value: (FAMILIES * NEEDS.len() as f64 * p_value).min(1.0),
+                size: groups.apart(&values) / unit * self.moves(what),
+                is_unsmooth: true,
+                form: None,
+            })
+        };
+        let found = NEEDS.iter().filter_map(finding);
+        found.filter(|found| found.p_value < REAL).collect()
     }
 
     fn levels(&self) -> Vec<Asked> {

@@ -37,6 +37,10 @@ impl Wander {
         }
     }
 
+    pub(super) fn strikes(&self) -> usize {
+        self.steps.len()
+    }
+
     /// A smooth change over these strikes.
     pub(super) fn smooth(&self) -> Self {
         Self {

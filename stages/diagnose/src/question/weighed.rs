@@ -40,6 +40,8 @@ fn by_session(values: &[f64], sessions: &[usize]) -> DVector<f64> {
 pub(super) struct Weighed {
     /// Value over standard deviation, clipped.
     pub(super) values: DVector<f64>,
+    /// What clipping took of each.
+    pub(super) clipped: DVector<f64>,
     /// One over the standard deviation.
     pub(super) weights: DVector<f64>,
     /// Robust standard deviation of the strikes, in the column's unit.
@@ -74,11 +76,11 @@ pub(super) fn weighed(cells: &[Cell], sessions: &[usize], is_centred: bool) -> W
     let middle = median(raw.clone()).unwrap_or(0.0);
     let spread = NORMAL * median(raw.iter().map(|v| (v - middle).abs()).collect()).unwrap_or(0.0);
     let most = CLIPPED * spread.max(1e-12);
+    let raw = DVector::from_vec(raw);
+    let values = raw.map(|v| v.clamp(middle - most, middle + most));
     Weighed {
-        values: DVector::from_iterator(
-            raw.len(),
-            raw.iter().map(|v| v.clamp(middle - most, middle + most)),
-        ),
+        clipped: raw - &values,
+        values,
         weights,
         scatter: total.max(error),
     }

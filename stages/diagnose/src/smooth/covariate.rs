@@ -52,7 +52,7 @@ pub(crate) fn family(name: &str) -> &'static [Covariate] {
         Family::FrictionByOrder => &[Covariate::Wear],
         Family::RestitutionByOrder => &[Covariate::Order],
         Family::LaunchAngleByOrder => &[Covariate::Turning],
-        Family::FrictionByPlace => &[Covariate::Surface],
+        Family::FrictionByPlace | Family::FrictionBySlide => &[Covariate::Surface],
         Family::FrictionBySpeed => &[Covariate::SlidingSpeed],
         Family::FrictionByHeading | Family::SeenByHeading => &[Covariate::Heading],
         Family::LaunchByPlace => &[Covariate::Start],

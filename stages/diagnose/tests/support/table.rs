@@ -75,6 +75,8 @@ pub enum Hidden {
     StepInOrder(f64),
     /// Friction goes up and down by this share, every so many strikes.
     CycleInOrder(f64, f64),
+    /// Two objects, as drawn: one has so much more friction.
+    TwoObjects(f64),
     /// Delivered angle is off by this share of the commanded, from the middle strike on.
     GainHalfway(f64),
     /// Friction waves over the table by this share, crest to crest 12 cm.
@@ -265,6 +267,11 @@ impl Table {
                     _ => None,
                 });
                 wander += step.unwrap_or(0.0) * set.normal();
+                let other = set.hidden.iter().find_map(|hidden| match hidden {
+                    Hidden::TwoObjects(share) => Some(*share),
+                    _ => None,
+                });
+                let other = other.map_or(0.0, |share| if set.normal() > 0.0 { share } else { 0.0 });
                 let worn = set.hidden.iter().map(|hidden| match hidden {
                     Hidden::SaturatingWear(share) => share * (1.0 - (-(order as f64) / 40.0).exp()),
                     Hidden::StepInOrder(share) if 2 * order >= self.strikes => *share,
@@ -273,7 +280,7 @@ impl Table {
                     }
                     _ => 0.0,
                 });
-                let factor = (wander + worn.sum::<f64>()).exp();
+                let factor = (wander + other + worn.sum::<f64>()).exp();
                 self.one(&rig, &mut set, order, factor)
             })
             .collect();

@@ -185,6 +185,13 @@ fn fitted_values_are_stated_in_a_sentence() {
              not agree there, or a border of light or print pulls the tracker; look at images of the line, and calibrate again",
         ),
         (
+            "friction_from_start",
+            &[("change", 0.5), ("length", 0.02)],
+            "friction is 50 % higher where a slide begins, and as elsewhere after some 40 mm, wherever objects are struck: an object that sticks while \
+             it lies, is lifted by the tip, or slides on a film at first does so; look at its base, at the height at which the tip strikes, and at how \
+             long it lies before",
+        ),
+        (
             "table_tilt_by_session",
             &[("a.mcap", 0.003), ("b.mcap tilt_y", 0.004)],
             "the table slopes down otherwise in each session: by 3.0 mm per metre towards 0° from +x in a.mcap, by 4.0 mm per metre towards 90° from \
