@@ -40,8 +40,9 @@ pub(crate) fn finding(finding: &Finding) -> String {
         ("speed", _) => "depends on the commanded speed".into(),
         ("angle", _) => "depends on the commanded angle".into(),
         ("command before", _) => "depends on the command of the strike before".into(),
-        ("group", _) => "falls into two groups of strikes, which nothing that was logged tells apart (two objects, a tip or a focus that rests in \
-                         one of two states)".into(),
+        ("group", _) => "falls into two groups of strikes, which nothing that was logged tells apart (two objects, a tip or a focus that rests in one \
+             of two states)"
+            .into(),
         ("pause", _) => "depends on the pause before a strike".into(),
         (covariate, _) => format!("depends on the {covariate}"),
     };
@@ -95,7 +96,7 @@ pub(crate) fn summary(
 ) -> String {
     match verdict {
         Verdict::Consistent if p_value.is_real() => format!(
-            "no gap at rest: what tracks differ by from the world's is beyond noise ({}), but moves stops by less than they scatter",
+            "no gap at rest: tracks differ from the world's beyond noise ({}), but that moves stops by less than they scatter",
             self::p_value(p_value)
         ),
         Verdict::Consistent if p_value.is_real_as_drawn() => format!(

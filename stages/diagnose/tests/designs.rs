@@ -72,7 +72,7 @@ fn friction_that_steps_or_cycles_with_the_order_is_no_wander() {
 #[test]
 fn strikes_of_two_objects_are_two_groups_and_no_scatter() {
     for plan in [Plan::Random, Plan::OneCommand] {
-        let found = diagnosed(plan, Hidden::TwoObjects(0.15), 64);
+        let found = diagnosed(plan, Hidden::TwoObjects(0.3), 64);
         assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
         assert!(found.summary.contains("two groups"), "{}", found.summary);
     }

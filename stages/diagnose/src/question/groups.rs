@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn two_groups_are_found_though_none_is_known() {
         let two = |i: usize, random: &mut ChaCha8Rng| {
-            normal(random) + if i.is_multiple_of(3) { 6.0 } else { 0.0 }
+            normal(random) + if i.is_multiple_of(2) { 6.0 } else { 0.0 }
         };
         let found = p_values(0.0, two);
         let is_found = |p: &&f64| **p < 0.001;
