@@ -85,6 +85,41 @@ pub(crate) fn findings(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     findings
 }
 
+/// Logs whose arm's measured state has another clock than its commands and the camera. By the state the arm then moves before it is commanded to, or
+/// after the object does; else, where the touches tell the same time, the camera's clock agrees with the commands'.
+pub(crate) fn state_clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
+    /// Least time that is told, time by which a command may be logged late, that to which both times are known, and that from which touches alone
+    /// tell it, in s; and the spread below which strikes tell one time.
+    const LEAST: f64 = 0.01;
+    const FAR: f64 = 0.5;
+    const LATE: f64 = 0.02;
+    const KNOWN: f64 = 0.005;
+    const ONE: f64 = 0.02;
+    let of_log = |log: &LogRead<'_>, of: &Pairs| {
+        let touches = encoder_to_camera(std::slice::from_ref(log)).filter(Delay::is_sure);
+        let touched = touches.map_or(0.0, |delay| delay.seconds[0]);
+        let lags: Vec<f64> = match touched.abs() > FAR {
+            true => log.seen.delays.iter().map(|touch| -touch.seconds).collect(),
+            false => log.seen.behind.clone(),
+        };
+        let strikes = lags.len();
+        let behind = median(lags.iter().copied())?;
+        let spread = 1.4826 * median(lags.iter().map(|lag| (lag - behind).abs()))?;
+        let to_motion = median(of.pairs.iter().map(|pair| pair.lag))?;
+        let is_early = behind < -LATE && touched >= 0.0;
+        let is_late = touched < -LEAST && behind + touched > -KNOWN;
+        let is_apart = is_early || is_late || behind > to_motion.max(LATE);
+        let is_told = strikes >= FEWEST.max(log.seen.commands.len() / 2) && spread < ONE;
+        (is_told && is_apart && of.delay.is_none()).then(|| Finding::StateClock {
+            log: log.name.into(),
+            behind,
+            strikes,
+        })
+    };
+    let each = logs.iter().zip(paired);
+    each.filter_map(|(log, of)| of_log(log, of)).collect()
+}
+
 /// Commands of one session beside a camera of another: a strike's command begins a motion, and a strike's motion was commanded.
 fn other_times(log: &LogRead<'_>, of: &Pairs) -> Option<Finding> {
     /// Share of the slowest command's speed below which a motion may be a hand's doing.

@@ -317,6 +317,12 @@ pub enum Finding {
         delay: Delay,
         misleads: bool,
     },
+    /// By the arm's measured state it moves so many s after its commands (before them where negative), and the camera sees objects move as commanded.
+    StateClock {
+        log: String,
+        behind: f64,
+        strikes: usize,
+    },
     /// By the arm's measured state it moves at this part of the commanded speed, which no arm does.
     Delivers {
         log: Option<String>,
@@ -524,6 +530,7 @@ impl Finding {
             | Self::ClockStep { by_touch: true, .. }
             | Self::DisplacedApart { misses: true, .. }
             | Self::Delivers { .. }
+            | Self::StateClock { .. }
             | Self::Swelling { .. }
             | Self::Scale { .. }
             | Self::Reach { .. }

@@ -41,6 +41,24 @@ const SLOWER: f64 = 0.5;
 /// Checks logs that were read; `fences` are those that were found in them beside the rig file's.
 pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let slowest = SLOWER * rig.robot.speed.low;
+    let is_by_state = logs.iter().any(|log| log.seen.is_by_state);
+    let encoder_to_camera = clocks::encoder_to_camera(logs);
+    // Where touches are not seen at their time, what is taken for strikes and for commands is anything.
+    if let Some(delay) =
+        encoder_to_camera.filter(|d| is_by_state && d.is_sure() && d.misleads(true))
+    {
+        return Check {
+            findings: vec![Finding::EncoderDelay {
+                log: None,
+                delay,
+                misleads: true,
+            }],
+            measured: Measured {
+                encoder_to_camera,
+                ..Measured::default()
+            },
+        };
+    }
     let paired: Vec<Pairs> = logs
         .iter()
         .map(|log| pairs::pairs(log.seen, slowest))
@@ -100,7 +118,11 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         .any(|f| matches!(f, Finding::SpeedAndAngle { .. }));
     findings.extend(base_turns(rig, &all));
     if !is_torn {
-        findings.extend(delivers(logs));
+        let state_clocks = clocks::state_clocks(logs, &paired);
+        if state_clocks.is_empty() {
+            findings.extend(delivers(logs));
+        }
+        findings.extend(state_clocks);
         findings.extend(clocks::findings(logs, &paired));
         let reach = places::reach(rig, logs);
         if !is_polar {
@@ -192,7 +214,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     // What looks like a delay, or like other radii, may be another origin.
     let delay = match places::Origins::of(rig, logs) {
         Some(apart) => Some(apart.delay),
-        None => clocks::encoder_to_camera(logs),
+        None => encoder_to_camera,
     };
     let mut is_other = false;
     if !findings.iter().any(is_wrong) {
@@ -209,12 +231,14 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     }
     // Where the tip is not where the camera sees it, touches tell no time; and where something else makes them late, none of the clocks'.
     let is_apart = findings.iter().any(|f| is_wrong(f) && f.is_of_frames());
-    is_other |= findings
-        .iter()
-        .any(|f| matches!(f, Finding::Scaled { .. } | Finding::Swelling { .. }));
+    is_other |= findings.iter().any(|f| {
+        matches!(
+            f,
+            Finding::Scaled { .. } | Finding::Swelling { .. } | Finding::StateClock { .. }
+        )
+    });
     let is_sure = delay.filter(|delay| !is_apart && !is_other && delay.is_sure());
     // By touches alone the tip is looked up at their time.
-    let is_by_state = logs.iter().any(|log| log.seen.is_by_state);
     findings.extend(is_sure.map(|delay| Finding::EncoderDelay {
         log: None,
         delay,

@@ -42,6 +42,9 @@ pub struct Seen {
     pub bounces: Vec<Bounce>,
     /// Time from the tip's touching the object, by its measured place, to the object's first motion, one a strike.
     pub delays: Vec<TouchDelay>,
+    /// Time, in s, by which the arm's measured speed lies behind the commanded one, one a strike.
+    #[serde(default)]
+    pub behind: Vec<f64>,
     /// Distance of both centres where the tip seems to have pushed the object.
     #[serde(default)]
     pub hits: Vec<Hit>,

@@ -102,8 +102,9 @@ pub(crate) struct Segmenter<'a> {
     touched: ByState,
     untouched: ByState,
     is_touched: bool,
-    /// Flights that the tip began, until it is known how far in time the camera lies behind the tip.
+    /// Flights that the tip began, and touches about all that were begun, until it is known how far in time the camera lies behind the tip.
     flights: Vec<TouchedFlight>,
+    touches: Vec<TouchDelay>,
     /// In a log with commands: commands at which the object moved before, and touches of an object that moved.
     restless: Vec<(Episode, Reject)>,
     moved: Vec<(TouchedStrike, Touch, Vec<Sample>)>,
@@ -146,6 +147,7 @@ impl<'a> Segmenter<'a> {
             untouched: ByState::default(),
             is_touched: false,
             flights: Vec::new(),
+            touches: Vec::new(),
             restless: Vec::new(),
             moved: Vec::new(),
             reordered: ReorderBuffers::default(),
@@ -412,6 +414,7 @@ impl<'a> Segmenter<'a> {
             };
         }
         self.found.seen.hits.extend(self.breaks.take_hits());
+        self.touches.extend(self.breaks.take_touches());
         let slides = self.pushes.take(self.log, self.rig, at_end);
         self.counts.carried += self.pushes.take_carried();
         self.found.seen.slides.extend(slides);
@@ -592,7 +595,8 @@ impl<'a> Segmenter<'a> {
         };
         self.found.seen.commands.extend(commands);
         self.found.seen.motions.extend(motions);
-        self.found.seen.delays.extend(delays);
+        let far_away = touched::far_away(&std::mem::take(&mut self.touches));
+        self.found.seen.delays.extend(far_away.unwrap_or(delays));
         self.found.seen.meetings.extend(meetings);
         self.found.rejects.extend(rejects);
         for strike in strikes {
@@ -786,6 +790,7 @@ impl<'a> Segmenter<'a> {
         }
         if self.source == CommandSource::Topic {
             self.found.seen.delays = self.extras.take_delays();
+            self.found.seen.behind = self.extras.take_behind();
         } else {
             self.found.seen.is_by_state = true;
             let why = match self.rig.frames.command {

@@ -131,6 +131,23 @@ pub(crate) fn camera_delay(delays: &[TouchDelay]) -> Option<f64> {
     is_sure.then_some(middle)
 }
 
+/// The touches that tell one delay, of all that were about the moments at which objects were pushed, where that is too long for touches to be
+/// seen at their time.
+pub(crate) fn far_away(touches: &[TouchDelay]) -> Option<Vec<TouchDelay>> {
+    /// Time, in s, within which touches tell one delay, and the delay from which the tip is no longer where it touched.
+    const ONE: f64 = 0.04;
+    const LONG: f64 = 0.03;
+    const FEWEST_TOUCHES: usize = 6;
+    let mut touches = touches.to_vec();
+    touches.sort_by(|one, other| one.seconds.total_cmp(&other.seconds));
+    let until = |from: usize| touches.partition_point(|t| t.seconds < touches[from].seconds + ONE);
+    let from = (0..touches.len()).max_by_key(|from| until(*from) - from)?;
+    let together = &touches[from..until(from)];
+    let is_far = median(together.iter().map(|touch| touch.seconds)).abs() > LONG;
+    let is_most = together.len() >= FEWEST_TOUCHES && 2 * together.len() > touches.len();
+    (is_far && is_most).then(|| together.to_vec())
+}
+
 /// Where the object rested before, if it did: `before` are the frames that came before the impact. A frame or two show no rest.
 fn rested(before: &[Sample], noise: f64) -> Option<Point> {
     let (first, last) = (before.first()?, before.last()?);

@@ -324,6 +324,22 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "commands and centroids are not of one session, or their clocks do not run alike",
             "look at both topics in a viewer, and record them into one log".into(),
         ),
+        Finding::StateClock {
+            log,
+            behind,
+            strikes,
+        } => {
+            let state = &rig.topics.state.topic.name;
+            said(
+                format!(
+                    "{log}: by {state} the arm moves {:.0} ms {} it is commanded to, over {strikes} strikes, and the camera sees objects move at the commands' time",
+                    behind.abs() * 1e3,
+                    if *behind < 0.0 { "before" } else { "after" }
+                ),
+                &format!("the clock of {state} is another than that of the commands and the camera"),
+                "stamp the state by the commands' clock, and record anew; no key of the rig file mends it (`camera_delay` moves the camera, which is right)".into(),
+            )
+        }
         Finding::Delivers {
             log,
             share,
