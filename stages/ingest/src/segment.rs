@@ -22,7 +22,7 @@ use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::pushes::Pushes;
 use crate::rejection::Rejection;
-use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered, swelled};
+use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered, smeared};
 use crate::slide::{self, Frames};
 use crate::touched::{self, TouchedFlight, TouchedStrike};
 use crate::yaw::YawSample;
@@ -105,9 +105,10 @@ pub(crate) struct Segmenter<'a> {
     /// Flights that the tip began, and touches about all that were begun, until it is known how far in time the camera lies behind the tip.
     flights: Vec<TouchedFlight>,
     touches: Vec<TouchDelay>,
-    /// In a log with commands: commands at which the object moved before, and touches of an object that moved.
+    /// In a log with commands: commands at which the object moved before, pushes of an object that moved, and those that the tip's touch began.
     restless: Vec<(Episode, Reject)>,
-    moved: Vec<(TouchedStrike, Touch, Vec<Sample>)>,
+    pushed: Vec<MotionSeen>,
+    moved: Vec<(TouchedStrike, TouchedFlight)>,
     reordered: ReorderBuffers,
     last_centroid: Option<i64>,
     last_command: Option<i64>,
@@ -149,6 +150,7 @@ impl<'a> Segmenter<'a> {
             flights: Vec::new(),
             touches: Vec::new(),
             restless: Vec::new(),
+            pushed: Vec::new(),
             moved: Vec::new(),
             reordered: ReorderBuffers::default(),
             last_centroid: None,
@@ -403,6 +405,7 @@ impl<'a> Segmenter<'a> {
     /// Handles flights that have ended: bounces of the object and, where states alone tell of strikes, touches of the tip.
     fn fly(&mut self, at_end: bool) {
         for (flight, touch) in self.breaks.take(at_end) {
+            self.pushed.extend(flight.pushed());
             match &touch {
                 Some(touch) => self.touch(&flight, touch),
                 None => self.found.seen.bounces.extend(flight.bounce()),
@@ -440,8 +443,7 @@ impl<'a> Segmenter<'a> {
         }
         let found = touched::strike(&touched, 0.0, self.rig).ok();
         let moved = found.filter(|found| found.moving.is_some());
-        let moved = moved.map(|found| (found, touched.touch, touched.flight.frames));
-        self.moved.extend(moved);
+        self.moved.extend(moved.map(|found| (found, touched)));
     }
 
     /// Makes a strike of a flight that the tip began, in a log without commands.
@@ -471,11 +473,7 @@ impl<'a> Segmenter<'a> {
             speed: command.speed,
             angle: command.angle,
         });
-        self.touched.motions.push(MotionSeen {
-            start: t_start,
-            from: found.initial,
-            velocity: found.launch,
-        });
+        self.touched.motions.push(found.motion());
         if self.rig.object.shape() != Shape::Box {
             let meeting = touched.meeting(camera_delay, &found, self.rig);
             self.touched.meetings.extend(meeting);
@@ -524,13 +522,24 @@ impl<'a> Segmenter<'a> {
     /// In a log with commands: a command at which the object moved before is a strike where the tip's state shows its touch. What was commanded
     /// stands in the place of what the tip did, on the same line of centres.
     fn strike_moved(&mut self) {
-        let moved = std::mem::take(&mut self.moved);
+        let (moved, pushed) = (
+            std::mem::take(&mut self.moved),
+            std::mem::take(&mut self.pushed),
+        );
         for (episode, reject) in std::mem::take(&mut self.restless) {
             let within = episode.start()..=episode.end().saturating_add(AFTER_FALL);
+            let is_within = |motion: &&MotionSeen| {
+                (seconds(*within.start())..=seconds(*within.end())).contains(&motion.start)
+            };
+            let hardest = pushed
+                .iter()
+                .filter(is_within)
+                .max_by(|one, other| one.velocity.norm().total_cmp(&other.velocity.norm()));
             let mut touches = moved
                 .iter()
-                .filter(|(found, ..)| within.contains(&found.first));
-            let (Some((found, touch, frames)), None) = (touches.next(), touches.next()) else {
+                .filter(|(found, _)| within.contains(&found.first));
+            let (Some((found, touched)), None) = (touches.next(), touches.next()) else {
+                self.found.seen.motions.extend(hardest);
                 self.found.rejects.push(reject);
                 continue;
             };
@@ -538,15 +547,22 @@ impl<'a> Segmenter<'a> {
             let command = plateau(&episode.commands, self.rig).and_then(|commanded| {
                 let touch = Touch {
                     velocity: Point::polar(commanded.speed, commanded.angle),
-                    ..touch.clone()
+                    ..touched.touch.clone()
                 };
                 touched::command(&touch, found.initial, moving, self.rig)
             });
             let Ok(command) = command else {
+                self.found.seen.motions.extend(hardest);
                 self.found.rejects.push(reject);
                 continue;
             };
-            let id = strike_id(&episode.commands, frames);
+            let seen = &mut self.found.seen;
+            seen.motions.push(found.motion());
+            seen.delays.extend(touched.delay(self.rig));
+            if self.rig.object.shape() != Shape::Box {
+                seen.meetings.extend(touched.meeting(0.0, found, self.rig));
+            }
+            let id = strike_id(&episode.commands, &touched.flight.frames);
             let strike = self.strike_by_touch(episode.index, id, command, found);
             self.found.strikes.push(StrikeSummary::from(&strike));
             (self.keep)(strike);
@@ -752,7 +768,9 @@ impl<'a> Segmenter<'a> {
         let shown = &mut self.found.seen;
         shown.bounces.extend(slide.grazed);
         shown.gathered.extend(gathered(&slide.track));
-        shown.swelled.extend(swelled(&slide.track));
+        shown
+            .smeared
+            .extend(smeared(&slide.track, slide.initial, slide.gap));
         let command = match commanded {
             Some(command) => command,
             None => at_contact(&episode.commands, slide.first_motion)?,
@@ -784,12 +802,14 @@ impl<'a> Segmenter<'a> {
         commands.sort_by(|one, other| one.rise.total_cmp(&other.rise));
         motions.sort_by(|one, other| one.start.total_cmp(&other.start));
         self.found.rejects.sort_by_key(|reject| reject.index);
-        // Few objects rest where touches tell of strikes, and these say more.
-        if self.found.seen.meetings.is_empty() {
-            self.found.seen.meetings = self.extras.take_meetings();
+        // Few objects rest where touches alone tell of strikes, and these say more.
+        if self.source == CommandSource::Topic || self.found.seen.meetings.is_empty() {
+            let meetings = self.extras.take_meetings();
+            self.found.seen.meetings.extend(meetings);
         }
         if self.source == CommandSource::Topic {
-            self.found.seen.delays = self.extras.take_delays();
+            let delays = self.extras.take_delays();
+            self.found.seen.delays.extend(delays);
             self.found.seen.behind = self.extras.take_behind();
         } else {
             self.found.seen.is_by_state = true;

@@ -759,15 +759,12 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "the tracker smooths its places (a filter or a mean over frames), or the tip goes on pushing and lets go late",
             "log places as they are measured, without a filter; have the tip hold its speed until it has struck, and then brake".into(),
         ),
-        Finding::Swelling {
-            times,
-            begun,
-            strikes,
-        } => said(
+        Finding::Swelling { seconds, strikes } => said(
             format!(
-                "some frames after they begin to move objects are {times:.2} times as fast as right after it, where the table already brakes them: by how they are braked later they left at {begun:.2} times the speed of the first frames, in the middle of {strikes} strikes"
+                "objects begin to move little by little, as a sudden start looks through a filter of {:.0} ms, in the middle of {strikes} strikes",
+                seconds * 1e3
             ),
-            "the tracker filters its places, which then follow the object late (an exponential mean, a Kalman filter)",
+            "the tracker filters its places, which then follow the object late (an exponential mean, a Kalman filter), or its exposure is long, or the tip pushes the object for a while",
             "log places as they are measured, without a filter".into(),
         ),
         Finding::SessionTurned {
