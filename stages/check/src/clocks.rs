@@ -1,6 +1,6 @@
 //! Whether the clocks of camera and arm are one: delays, rates, steps, as commands and motions, and the tip's touches, tell them.
 
-use values::{Reject, RejectReason};
+use values::{Reject, RejectReason, Rig};
 
 use crate::finding::{Delay, Finding, LogRead};
 use crate::pairs::{self, FEWEST, Pair, Pairs};
@@ -87,7 +87,7 @@ pub(crate) fn findings(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
 
 /// Logs whose arm's measured state has another clock than its commands and the camera. By the state the arm then moves before it is commanded to, or
 /// after the object does; else, where the touches tell the same time, the camera's clock agrees with the commands'.
-pub(crate) fn state_clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
+pub(crate) fn state_clocks(rig: &Rig, logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     /// Least time that is told, time by which a command may be logged late, that to which both times are known, and that from which touches alone
     /// tell it, in s; and the spread below which strikes tell one time.
     const LEAST: f64 = 0.01;
@@ -96,7 +96,7 @@ pub(crate) fn state_clocks(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Findin
     const KNOWN: f64 = 0.005;
     const ONE: f64 = 0.02;
     let of_log = |log: &LogRead<'_>, of: &Pairs| {
-        let touches = encoder_to_camera(std::slice::from_ref(log)).filter(Delay::is_sure);
+        let touches = encoder_to_camera(rig, std::slice::from_ref(log)).filter(Delay::is_sure);
         let touched = touches.map_or(0.0, |delay| delay.seconds[0]);
         let lags: Vec<f64> = match touched.abs() > FAR {
             true => log.seen.delays.iter().map(|touch| -touch.seconds).collect(),
@@ -147,8 +147,8 @@ fn other_times(log: &LogRead<'_>, of: &Pairs) -> Option<Finding> {
     })
 }
 
-/// The delay between the camera and the arm's encoders, by touches at several speeds.
-pub(crate) fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
+/// The delay between the camera and the arm's encoders, by touches at several speeds. A box is met anywhere between its sides and its corners.
+pub(crate) fn encoder_to_camera(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Delay> {
     /// Standard error of a length, in m, from which it is not told from a delay.
     const LENGTH: f64 = 0.0015;
     let touches: Vec<(f64, f64)> = logs
@@ -161,19 +161,23 @@ pub(crate) fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
     if strikes < FEWEST {
         return None;
     }
+    let solid = &rig.object.solid;
     let line = statistics::line(&touches).filter(|line| line.slope_error < LENGTH);
     if let Some(line) = line {
         return Some(Delay {
             seconds: [line.at_zero, line.at_zero_error],
             // Behind a reach that is longer than stated the object moves before the touch.
-            reach: Some([-line.slope, line.slope_error]),
+            reach: solid.radius().map(|_| [-line.slope, line.slope_error]),
             strikes,
         });
     }
     let middle = median(touches.iter().map(|touch| touch.1))?;
     let spread = 1.4826 * median(touches.iter().map(|touch| (touch.1 - middle).abs()))?;
+    let by_chance = 1.2533 * spread / (strikes as f64).sqrt();
+    let a_metre = median(touches.iter().map(|touch| touch.0))?;
+    let by_corners = 0.25 * (solid.reach() - solid.narrowest()) * a_metre;
     Some(Delay {
-        seconds: [middle, 1.2533 * spread / (strikes as f64).sqrt()],
+        seconds: [middle, by_chance.hypot(by_corners)],
         reach: None,
         strikes,
     })

@@ -42,7 +42,7 @@ const SLOWER: f64 = 0.5;
 pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let slowest = SLOWER * rig.robot.speed.low;
     let is_by_state = logs.iter().any(|log| log.seen.is_by_state);
-    let encoder_to_camera = clocks::encoder_to_camera(logs);
+    let encoder_to_camera = clocks::encoder_to_camera(rig, logs);
     // Where touches are not seen at their time, what is taken for strikes and for commands is anything.
     if let Some(delay) =
         encoder_to_camera.filter(|d| is_by_state && d.is_sure() && d.misleads(true))
@@ -118,7 +118,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         .any(|f| matches!(f, Finding::SpeedAndAngle { .. }));
     findings.extend(base_turns(rig, &all));
     if !is_torn {
-        let state_clocks = clocks::state_clocks(logs, &paired);
+        let state_clocks = clocks::state_clocks(rig, logs, &paired);
         if state_clocks.is_empty() {
             findings.extend(delivers(logs));
         }

@@ -70,7 +70,7 @@ pub struct Meeting {
     pub at: f64,
     /// What was commanded, or what the arm did where no command is logged.
     pub command: Command,
-    /// Time, in s, since the tip touched the object, by its measured place; none where that does not tell, and for a box.
+    /// Time, in s, since the tip touched the object, by its measured place; none where that does not tell.
     #[serde(default)]
     pub delay: Option<f64>,
     /// Speed that the arm delivered, as a part of the commanded one; none where its state does not tell.
@@ -203,8 +203,13 @@ pub(crate) fn behind(states: &[State], commands: &[Sample]) -> Option<f64> {
     (found[best] > ALIKE).then(|| STEP * (best as f64 - f64::from(steps)))
 }
 
-/// Time, in s, from the tip's touch, by its measured places, until the object moved; none where the places do not tell, and for a box, whose reach
-/// depends on how it lies.
+/// Distance, in m, of both centres at a touch: of a box, which may lie anyhow, that in the middle.
+pub(crate) fn touching(rig: &Rig) -> f64 {
+    let solid = &rig.object.solid;
+    0.5 * (solid.reach() + solid.narrowest()) + rig.striker.radius
+}
+
+/// Time, in s, from the tip's touch, by its measured places, until the object moved; none where the places do not tell.
 pub(crate) fn delay(
     states: &[State],
     context: &LaunchContext<'_>,
@@ -225,7 +230,7 @@ pub(crate) fn touch_delay(
     (stamp, moves): (i64, f64),
     rig: &Rig,
 ) -> Option<TouchDelay> {
-    let reach = rig.object.solid.radius()? + rig.striker.radius;
+    let reach = touching(rig);
     let places = distances(states, initial, stamp);
     let Touching {
         touch,

@@ -11,7 +11,7 @@ use logs::Sample;
 use serde::{Deserialize, Serialize};
 use values::{Point, Rig};
 
-use crate::arm::{State, TouchDelay, distances, touchings};
+use crate::arm::{State, TouchDelay, distances, touching, touchings};
 use crate::order::{seconds, since};
 use crate::seen::MotionSeen;
 use crate::slide::{NOISIER, lies_still};
@@ -131,8 +131,8 @@ pub(crate) struct Breaks {
     ended: VecDeque<Flight>,
     tips: VecDeque<State>,
     hits: Vec<Hit>,
-    /// Distance of both centres at a touch, of round bodies; breaks of what rested, until states after them have come; and touches about such breaks.
-    touching: Option<f64>,
+    /// Distance of both centres at a touch; breaks of what rested, until states after them have come; and touches about such breaks.
+    touching: f64,
     resting: VecDeque<Break>,
     touches: Vec<TouchDelay>,
 }
@@ -151,11 +151,7 @@ impl Breaks {
             ended: VecDeque::new(),
             tips: VecDeque::new(),
             hits: Vec::new(),
-            touching: rig
-                .object
-                .solid
-                .radius()
-                .map(|radius| radius + rig.striker.radius),
+            touching: touching(rig),
             resting: VecDeque::new(),
             touches: Vec::new(),
         }
@@ -367,8 +363,7 @@ impl Breaks {
                 .iter()
                 .filter(|tip| time(tip).abs() <= FARTHEST_IN_TIME);
             let distances = distances(near, begun.bounce.place, begun.stamp);
-            let touches = self.touching.map(|reach| touchings(&distances, reach));
-            let delays = touches.into_iter().flatten().map(|touching| TouchDelay {
+            let delays = touchings(&distances, self.touching).map(|touching| TouchDelay {
                 seconds: -touching.touch,
                 speed: touching.speed,
             });

@@ -576,7 +576,9 @@ impl<'a> Segmenter<'a> {
         let flights = std::mem::take(&mut self.flights);
         let delays = flights.iter().filter_map(|flight| flight.delay(self.rig));
         self.touched.delays = delays.collect();
-        let camera_delay = touched::camera_delay(&self.touched.delays);
+        // A box's touch is not known to a ms.
+        let is_round = self.rig.object.shape() != Shape::Box;
+        let camera_delay = touched::camera_delay(&self.touched.delays).filter(|_| is_round);
         for flight in flights {
             self.strike_touched(&flight, camera_delay.unwrap_or_default());
         }
