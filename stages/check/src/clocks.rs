@@ -107,7 +107,9 @@ pub(crate) fn state_clocks(rig: &Rig, logs: &[LogRead<'_>], paired: &[Pairs]) ->
         let spread = 1.4826 * median(lags.iter().map(|lag| (lag - behind).abs()))?;
         let to_motion = median(of.pairs.iter().map(|pair| pair.lag))?;
         let is_early = behind < -LATE && touched >= 0.0;
-        let is_late = touched < -LEAST && behind + touched > -KNOWN;
+        // An arm that lags farther than the touches are off may as well be seen by a camera that is early.
+        let beside = behind + touched;
+        let is_late = touched < -LEAST && (-KNOWN..-touched).contains(&beside);
         let is_apart = is_early || is_late || behind > to_motion.max(LATE);
         let is_told = strikes >= FEWEST.max(log.seen.commands.len() / 2) && spread < ONE;
         (is_told && is_apart && of.delay.is_none()).then(|| Finding::StateClock {
@@ -228,5 +230,56 @@ mod tests {
             matches!(found, Some(Finding::ClockDrift { rate, .. }) if (rate - 0.05 / 6.0).abs() < 1e-3),
             "{found:?}"
         );
+    }
+
+    #[test]
+    fn a_state_of_another_clock_is_told_from_an_arm_that_lags_and_from_a_late_camera() {
+        use ingest::{Seen, TouchDelay};
+        // By so much the state lies behind the commands, and the camera behind the state.
+        let found = |behind: f64, camera: f64| {
+            let made = (0..40).map(|i| {
+                let speed = 0.4 + 0.6 * (0.618 * i as f64).fract();
+                Pair::made(i, [speed, 0.0], Point::new(speed, 0.0), 0.2)
+            });
+            let made: Vec<Pair> = made.collect();
+            let delays = made.iter().map(|pair| TouchDelay {
+                seconds: camera + 0.002 * (7.1 * pair.command.rise).sin(),
+                speed: pair.command.speed,
+            });
+            let seen = Seen {
+                commands: made.iter().map(|pair| pair.command).collect(),
+                motions: made.iter().map(|pair| pair.motion).collect(),
+                delays: delays.collect(),
+                behind: vec![behind; 40],
+                ..Seen::default()
+            };
+            let log = LogRead {
+                name: "one.mcap",
+                seen: &seen,
+                kept: 40,
+                rejects: Vec::new(),
+            };
+            let rig = Rig::demo(values::Shape::Cylinder);
+            let paired = [pairs::pairs(&seen, 0.1)];
+            !state_clocks(&rig, &[log], &paired).is_empty()
+        };
+        for (behind, camera) in [
+            (0.0, 0.0),
+            (0.08, 0.0),
+            (0.0, 0.06),
+            (0.02, -0.06),
+            (0.03, 0.04),
+        ] {
+            assert!(!found(behind, camera), "{behind} {camera}");
+        }
+        for (behind, camera) in [
+            (0.06, -0.06),
+            (0.08, -0.06),
+            (0.3, -0.3),
+            (-0.15, 0.15),
+            (1.0, -1.0),
+        ] {
+            assert!(found(behind, camera), "{behind} {camera}");
+        }
     }
 }

@@ -538,26 +538,28 @@ impl<'a> Segmenter<'a> {
             let mut touches = moved
                 .iter()
                 .filter(|(found, _)| within.contains(&found.first));
-            let (Some((found, touched)), None) = (touches.next(), touches.next()) else {
-                self.found.seen.motions.extend(hardest);
-                self.found.rejects.push(reject);
-                continue;
-            };
-            let moving = found.moving.unwrap_or_default();
-            let command = plateau(&episode.commands, self.rig).and_then(|commanded| {
+            let touch = touches.next().filter(|_| touches.next().is_none());
+            let struck = touch.and_then(|(found, touched)| {
+                let commanded = plateau(&episode.commands, self.rig).ok()?;
                 let touch = Touch {
                     velocity: Point::polar(commanded.speed, commanded.angle),
                     ..touched.touch.clone()
                 };
-                touched::command(&touch, found.initial, moving, self.rig)
+                let moving = found.moving.unwrap_or_default();
+                let command = touched::command(&touch, found.initial, moving, self.rig).ok()?;
+                Some((command, found, touched))
             });
-            let Ok(command) = command else {
-                self.found.seen.motions.extend(hardest);
+            let seen = &mut self.found.seen;
+            let motion = struck.as_ref().map(|(_, found, _)| found.motion());
+            if let Some(motion) = motion.or(hardest.copied()) {
+                // How it moved before is no motion from rest.
+                seen.motions.retain(|motion| !is_within(&motion));
+                seen.motions.push(motion);
+            }
+            let Some((command, found, touched)) = struck else {
                 self.found.rejects.push(reject);
                 continue;
             };
-            let seen = &mut self.found.seen;
-            seen.motions.push(found.motion());
             seen.delays.extend(touched.delay(self.rig));
             if self.rig.object.shape() != Shape::Box {
                 seen.meetings.extend(touched.meeting(0.0, found, self.rig));

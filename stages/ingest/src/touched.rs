@@ -334,3 +334,29 @@ fn rests(frames: &[Sample], noise: f64) -> Option<(usize, Point)> {
         is_rest(&points, REST_NOISE * noise, noise).then(|| (from, median_point(&points)))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn touches_that_lie_together_tell_a_delay_and_others_none() {
+        let touches = |late: f64, others: usize| -> Vec<TouchDelay> {
+            let touch = |seconds| TouchDelay {
+                seconds,
+                speed: 0.6,
+            };
+            let together = (0..20).map(|i| touch(late + 0.003 * f64::from(i).sin()));
+            let apart = (0..others).map(|i| touch(-0.5 + (0.618 * i as f64).fract()));
+            together.chain(apart).collect()
+        };
+        for late in [-0.1, 0.06, 0.2] {
+            let found = far_away(&touches(late, 8)).expect("a delay");
+            let middle = median(found.iter().map(|touch| touch.seconds));
+            assert!((middle - late).abs() < 0.005, "{late}: {middle}");
+        }
+        assert_eq!(far_away(&touches(0.02, 8)), None);
+        assert_eq!(far_away(&touches(0.06, 60)), None);
+        assert_eq!(far_away(&[]), None);
+    }
+}

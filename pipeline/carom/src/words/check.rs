@@ -202,7 +202,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     "{log}: in {percent:.0} % of the frames the centroid lies farther from the last one than any object gets"
                 ),
             },
-            "the tracker jumps to and fro between two objects, or between the object and what looks like it",
+            "the tracker jumps to and fro between two objects, or between the object and what looks like it, or writes some place where it sees nothing",
             "take the other object away, or narrow what is tracked (its colour range, `carom camera tune`; one topic for each object), and record anew".into(),
         ),
         Finding::Unrelated {
@@ -337,7 +337,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     if *behind < 0.0 { "before" } else { "after" }
                 ),
                 &format!("the clock of {state} is another than that of the commands and the camera"),
-                "stamp the state by the commands' clock, and record anew; no key of the rig file mends it (`camera_delay` moves the camera, which is right)".into(),
+                "stamp the state by the commands' clock, and record anew: no key of the rig file is for it (`camera_delay` moves the camera, which is right)".into(),
             )
         }
         Finding::Delivers {
@@ -386,7 +386,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 if delay.reach.is_some() {
                     "the camera's stamps and the encoders' differ by this"
                 } else {
-                    "the camera's stamps and the encoders' differ by this, or both radii together are off"
+                    "the camera's stamps and the encoders' differ by this, or the sizes of both together are off"
                 },
                 of_one(log.as_deref(), format!(
                     "state `[frames] camera_delay = {:.4}` (± {:.4}{}){}",
@@ -400,7 +400,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     if delay.reach.is_some() {
                         ""
                     } else {
-                        ", or measure object.radius and striker.radius"
+                        ", or measure the object and striker.radius"
                     }
                 )),
             )
