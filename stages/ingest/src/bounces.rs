@@ -12,8 +12,7 @@ use serde::{Deserialize, Serialize};
 use values::{Point, Rig};
 
 use crate::arm::{State, TouchDelay, distances, touching, touchings};
-use crate::order::{seconds, since};
-use crate::seen::MotionSeen;
+use crate::order::since;
 use crate::slide::{NOISIER, lies_still};
 
 /// A moving object that was turned round.
@@ -47,7 +46,7 @@ pub(crate) struct Break {
     /// Standard deviation of a velocity's coordinate, in m/s.
     noise: f64,
     /// Whether the object lay still before: its velocity there is noise.
-    is_from_rest: bool,
+    pub(crate) is_from_rest: bool,
 }
 
 impl Break {
@@ -502,16 +501,6 @@ fn last_velocity(before: &[State], impact: i64) -> Point {
 }
 
 impl Flight {
-    /// What was added to the velocity of an object that moved before.
-    pub(crate) fn pushed(&self) -> Option<MotionSeen> {
-        let begun = self.begun.filter(|begun| !begun.is_from_rest)?;
-        Some(MotionSeen {
-            start: seconds(begun.stamp),
-            from: begun.bounce.place,
-            velocity: begun.bounce.after - begun.bounce.before,
-        })
-    }
-
     /// What turned the object round as it began, where something did.
     pub(crate) fn bounce(&self) -> Option<Bounce> {
         self.begun

@@ -11,7 +11,7 @@ use values::{
 };
 
 use crate::arm::{Meeting, State, TouchDelay};
-use crate::bounces::{Breaks, Flight, Touch};
+use crate::bounces::{Break, Breaks, Flight, Touch};
 use crate::counts::Counts;
 use crate::episode::{EndOfData, Episode, Episodes, IDLE_TIME, Queue, is_finite};
 use crate::extras::{Extras, Waiting};
@@ -405,7 +405,7 @@ impl<'a> Segmenter<'a> {
     /// Handles flights that have ended: bounces of the object and, where states alone tell of strikes, touches of the tip.
     fn fly(&mut self, at_end: bool) {
         for (flight, touch) in self.breaks.take(at_end) {
-            self.pushed.extend(flight.pushed());
+            self.pushed.extend(flight.begun.and_then(pushed));
             match &touch {
                 Some(touch) => self.touch(&flight, touch),
                 None => self.found.seen.bounces.extend(flight.bounce()),
@@ -473,7 +473,7 @@ impl<'a> Segmenter<'a> {
             speed: command.speed,
             angle: command.angle,
         });
-        self.touched.motions.push(found.motion());
+        self.touched.motions.push(motion(&found));
         if self.rig.object.shape() != Shape::Box {
             let meeting = touched.meeting(camera_delay, &found, self.rig);
             self.touched.meetings.extend(meeting);
@@ -550,7 +550,7 @@ impl<'a> Segmenter<'a> {
                 Some((command, found, touched))
             });
             let seen = &mut self.found.seen;
-            let motion = struck.as_ref().map(|(_, found, _)| found.motion());
+            let motion = struck.as_ref().map(|(_, found, _)| motion(found));
             if let Some(motion) = motion.or(hardest.copied()) {
                 // How it moved before is no motion from rest.
                 seen.motions.retain(|motion| !is_within(&motion));
@@ -830,4 +830,22 @@ impl<'a> Segmenter<'a> {
         self.found.notes.extend(self.counts.other_rate(self.rig));
         self.found
     }
+}
+
+/// What a touch added to the object's velocity, as a motion.
+fn motion(found: &TouchedStrike) -> MotionSeen {
+    MotionSeen {
+        start: seconds(found.first),
+        from: found.initial,
+        velocity: found.launch,
+    }
+}
+
+/// What was added to the velocity of an object that moved before.
+fn pushed(begun: Break) -> Option<MotionSeen> {
+    (!begun.is_from_rest).then(|| MotionSeen {
+        start: seconds(begun.stamp),
+        from: begun.bounce.place,
+        velocity: begun.bounce.after - begun.bounce.before,
+    })
 }

@@ -12,7 +12,6 @@ use crate::bounces::{Break, FRAMES, Flight, TIME, Touch};
 use crate::order::{seconds, since};
 use crate::rejection::Rejection;
 use crate::robust::{mean_near_median, median, median_point};
-use crate::seen::MotionSeen;
 use crate::slide::{Frame, held, held_until, is_rest, outliers, reaches_fence};
 
 /// Least number of frames of a track.
@@ -48,15 +47,6 @@ pub(crate) struct TouchedStrike {
 }
 
 impl TouchedStrike {
-    /// What the touch added, as a motion.
-    pub(crate) fn motion(&self) -> MotionSeen {
-        MotionSeen {
-            start: seconds(self.first),
-            from: self.initial,
-            velocity: self.launch,
-        }
-    }
-
     /// What the tip delivered along the line on which it pushes.
     pub(crate) fn delivered(&self) -> Delivered {
         Delivered {
