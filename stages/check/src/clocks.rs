@@ -1,6 +1,6 @@
 //! Whether the clocks of camera and arm are one: delays, rates, steps, as commands and motions, and the tip's touches, tell them.
 
-use values::{Reject, RejectReason};
+use values::{Reject, RejectReason, Rig};
 
 use crate::finding::{Delay, Finding, LogRead};
 use crate::pairs::{self, FEWEST, Pair, Pairs};
@@ -85,6 +85,43 @@ pub(crate) fn findings(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     findings
 }
 
+/// Logs whose arm's measured state has another clock than its commands and the camera. By the state the arm then moves before it is commanded to, or
+/// after the object does; else, where the touches tell the same time, the camera's clock agrees with the commands'.
+pub(crate) fn state_clocks(rig: &Rig, logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
+    /// Least time that is told, time by which a command may be logged late, that to which both times are known, and that from which touches alone
+    /// tell it, in s; and the spread below which strikes tell one time.
+    const LEAST: f64 = 0.01;
+    const FAR: f64 = 0.5;
+    const LATE: f64 = 0.02;
+    const KNOWN: f64 = 0.005;
+    const ONE: f64 = 0.02;
+    let of_log = |log: &LogRead<'_>, of: &Pairs| {
+        let touches = encoder_to_camera(rig, std::slice::from_ref(log)).filter(Delay::is_sure);
+        let touched = touches.map_or(0.0, |delay| delay.seconds[0]);
+        let lags: Vec<f64> = match touched.abs() > FAR {
+            true => log.seen.delays.iter().map(|touch| -touch.seconds).collect(),
+            false => log.seen.behind.clone(),
+        };
+        let strikes = lags.len();
+        let behind = median(lags.iter().copied())?;
+        let spread = 1.4826 * median(lags.iter().map(|lag| (lag - behind).abs()))?;
+        let to_motion = median(of.pairs.iter().map(|pair| pair.lag))?;
+        let is_early = behind < -LATE && touched >= 0.0;
+        // An arm that lags farther than the touches are off may as well be seen by a camera that is early.
+        let beside = behind + touched;
+        let is_late = touched < -LEAST && (-KNOWN..-touched).contains(&beside);
+        let is_apart = is_early || is_late || behind > to_motion.max(LATE);
+        let is_told = strikes >= FEWEST.max(log.seen.commands.len() / 2) && spread < ONE;
+        (is_told && is_apart && of.delay.is_none()).then(|| Finding::StateClock {
+            log: log.name.into(),
+            behind,
+            strikes,
+        })
+    };
+    let each = logs.iter().zip(paired);
+    each.filter_map(|(log, of)| of_log(log, of)).collect()
+}
+
 /// Commands of one session beside a camera of another: a strike's command begins a motion, and a strike's motion was commanded.
 fn other_times(log: &LogRead<'_>, of: &Pairs) -> Option<Finding> {
     /// Share of the slowest command's speed below which a motion may be a hand's doing.
@@ -112,8 +149,8 @@ fn other_times(log: &LogRead<'_>, of: &Pairs) -> Option<Finding> {
     })
 }
 
-/// The delay between the camera and the arm's encoders, by touches at several speeds.
-pub(crate) fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
+/// The delay between the camera and the arm's encoders, by touches at several speeds. A box is met anywhere between its sides and its corners.
+pub(crate) fn encoder_to_camera(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Delay> {
     /// Standard error of a length, in m, from which it is not told from a delay.
     const LENGTH: f64 = 0.0015;
     let touches: Vec<(f64, f64)> = logs
@@ -126,19 +163,23 @@ pub(crate) fn encoder_to_camera(logs: &[LogRead<'_>]) -> Option<Delay> {
     if strikes < FEWEST {
         return None;
     }
+    let solid = &rig.object.solid;
     let line = statistics::line(&touches).filter(|line| line.slope_error < LENGTH);
     if let Some(line) = line {
         return Some(Delay {
             seconds: [line.at_zero, line.at_zero_error],
             // Behind a reach that is longer than stated the object moves before the touch.
-            reach: Some([-line.slope, line.slope_error]),
+            reach: solid.radius().map(|_| [-line.slope, line.slope_error]),
             strikes,
         });
     }
     let middle = median(touches.iter().map(|touch| touch.1))?;
     let spread = 1.4826 * median(touches.iter().map(|touch| (touch.1 - middle).abs()))?;
+    let by_chance = 1.2533 * spread / (strikes as f64).sqrt();
+    let a_metre = median(touches.iter().map(|touch| touch.0))?;
+    let by_corners = 0.25 * (solid.reach() - solid.narrowest()) * a_metre;
     Some(Delay {
-        seconds: [middle, 1.2533 * spread / (strikes as f64).sqrt()],
+        seconds: [middle, by_chance.hypot(by_corners)],
         reach: None,
         strikes,
     })
@@ -189,5 +230,56 @@ mod tests {
             matches!(found, Some(Finding::ClockDrift { rate, .. }) if (rate - 0.05 / 6.0).abs() < 1e-3),
             "{found:?}"
         );
+    }
+
+    #[test]
+    fn a_state_of_another_clock_is_told_from_an_arm_that_lags_and_from_a_late_camera() {
+        use ingest::{Seen, TouchDelay};
+        // By so much the state lies behind the commands, and the camera behind the state.
+        let found = |behind: f64, camera: f64| {
+            let made = (0..40).map(|i| {
+                let speed = 0.4 + 0.6 * (0.618 * i as f64).fract();
+                Pair::made(i, [speed, 0.0], Point::new(speed, 0.0), 0.2)
+            });
+            let made: Vec<Pair> = made.collect();
+            let delays = made.iter().map(|pair| TouchDelay {
+                seconds: camera + 0.002 * (7.1 * pair.command.rise).sin(),
+                speed: pair.command.speed,
+            });
+            let seen = Seen {
+                commands: made.iter().map(|pair| pair.command).collect(),
+                motions: made.iter().map(|pair| pair.motion).collect(),
+                delays: delays.collect(),
+                behind: vec![behind; 40],
+                ..Seen::default()
+            };
+            let log = LogRead {
+                name: "one.mcap",
+                seen: &seen,
+                kept: 40,
+                rejects: Vec::new(),
+            };
+            let rig = Rig::demo(values::Shape::Cylinder);
+            let paired = [pairs::pairs(&seen, 0.1)];
+            !state_clocks(&rig, &[log], &paired).is_empty()
+        };
+        for (behind, camera) in [
+            (0.0, 0.0),
+            (0.08, 0.0),
+            (0.0, 0.06),
+            (0.02, -0.06),
+            (0.03, 0.04),
+        ] {
+            assert!(!found(behind, camera), "{behind} {camera}");
+        }
+        for (behind, camera) in [
+            (0.06, -0.06),
+            (0.08, -0.06),
+            (0.3, -0.3),
+            (-0.15, 0.15),
+            (1.0, -1.0),
+        ] {
+            assert!(found(behind, camera), "{behind} {camera}");
+        }
     }
 }

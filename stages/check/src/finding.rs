@@ -163,6 +163,9 @@ const FEWEST_UNTIMELY: usize = 6;
 /// Ratio of an object's speed 70 ms after it began to move to its speed at first, from which it was not struck, or is not seen as it moves.
 const PUSHED: f64 = 1.5;
 
+/// Time constant (s) of a filter from which launches, and friction, are others.
+const SMEARED: f64 = 0.015;
+
 /// Error of the camera's scale from which friction, which goes by it, is another.
 const SCALED: f64 = 0.03;
 
@@ -317,6 +320,12 @@ pub enum Finding {
         delay: Delay,
         misleads: bool,
     },
+    /// By the arm's measured state it moves so many s after its commands (before them where negative), and the camera sees objects move as commanded.
+    StateClock {
+        log: String,
+        behind: f64,
+        strikes: usize,
+    },
     /// By the arm's measured state it moves at this part of the commanded speed, which no arm does.
     Delivers {
         log: Option<String>,
@@ -416,13 +425,8 @@ pub enum Finding {
     LostFrames { share: f64 },
     /// Objects are faster a while after they began to move than at first, by this factor in the middle.
     Gathering { times: f64, strikes: usize },
-    /// Objects are still faster some frames after they began to move than right after it, by this factor, and would have begun at so many times that
-    /// speed by how they are braked later, both in the middle.
-    Swelling {
-        times: f64,
-        begun: f64,
-        strikes: usize,
-    },
+    /// Objects begin to move little by little, as through a filter of this time constant.
+    Swelling { seconds: f64, strikes: usize },
     /// Objects of a log leave turned against those of the others.
     SessionTurned {
         log: String,
@@ -524,7 +528,7 @@ impl Finding {
             | Self::ClockStep { by_touch: true, .. }
             | Self::DisplacedApart { misses: true, .. }
             | Self::Delivers { .. }
-            | Self::Swelling { .. }
+            | Self::StateClock { .. }
             | Self::Scale { .. }
             | Self::Reach { .. }
             | Self::Strays { certain: true, .. }
@@ -545,6 +549,7 @@ impl Finding {
                 ..
             } if rejected == seen => Severity::Meaningless,
             Self::StateFrame { .. } | Self::Displaced { misses: true, .. } => Severity::Meaningless,
+            Self::Swelling { seconds, .. } if *seconds > SMEARED => Severity::Meaningless,
             Self::Gathering { times, .. } if *times > PUSHED => Severity::Meaningless,
             Self::Scaled { scale, .. } if (scale - 1.0).abs() > SCALED => Severity::Meaningless,
             Self::TurnedWithin { by, .. } if by.abs() > TURNED => Severity::Meaningless,
@@ -571,6 +576,7 @@ impl Finding {
             | Self::ClockStep { .. }
             | Self::MostlyRejected { .. }
             | Self::Gathering { .. }
+            | Self::Swelling { .. }
             | Self::SessionTurned { .. }
             | Self::SessionSpeed { .. }
             | Self::TurnedWithin { .. }

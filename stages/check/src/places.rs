@@ -37,7 +37,9 @@ const ASTRAY: f64 = 4.0;
 /// The findings on places, scale and sizes.
 pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) -> Vec<Finding> {
     let meetings = meetings(logs);
-    let touches: usize = logs.iter().map(|log| log.seen.delays.len()).sum();
+    let is_round = rig.object.solid.radius().is_some();
+    let touches = logs.iter().map(|log| log.seen.delays.len());
+    let touches: usize = touches.filter(|_| is_round).sum();
     let reach = rig.object.solid.reach() + rig.striker.radius;
     let misses = |by: Point| by.norm() > reach;
     let line = |meetings: &[Meeting]| {

@@ -15,16 +15,17 @@ use crate::statistics::median;
 /// What is asked of each strike.
 type Value<'a> = dyn Fn(&Meeting) -> Option<f64> + 'a;
 
-/// The findings on logs that differ, and on steps and drifts within one. Of round objects: boxes are met anywhere.
+/// The findings on logs that differ, and on steps and drifts within one; on places of round objects alone: boxes are met anywhere.
 pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>]) -> Vec<Finding> {
     /// Least differences that are told: of a delay, in s, and of a place, in m.
     const LATE: f64 = 0.008;
     const ELSEWHERE: f64 = 0.015;
-    let Some(radius) = rig.object.solid.radius() else {
-        return Vec::new();
+    let solid = &rig.object.solid;
+    let reach = solid.reach() + rig.striker.radius;
+    let beside = |m: &Meeting| {
+        let beside = m.object - m.tip - m.towards(0.0) * reach - m.velocity * m.earlier;
+        solid.radius().map(|_| beside)
     };
-    let reach = radius + rig.striker.radius;
-    let beside = |m: &Meeting| m.object - m.tip - m.towards(0.0) * reach - m.velocity * m.earlier;
     // Each strike as a pair whose lag is the value that is asked for.
     let series = |log: &LogRead<'_>, of: &Value<'_>| -> Vec<Pair> {
         let met = log.seen.meetings.iter();
@@ -34,8 +35,8 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>]) -> Vec<Finding> {
     };
     let values: [(f64, &Value<'_>); 3] = [
         (LATE, &|m| m.delay),
-        (ELSEWHERE, &|m| Some(beside(m).x)),
-        (ELSEWHERE, &|m| Some(beside(m).y)),
+        (ELSEWHERE, &|m| Some(beside(m)?.x)),
+        (ELSEWHERE, &|m| Some(beside(m)?.y)),
     ];
     let of_logs: Vec<[Vec<Pair>; 3]> = logs
         .iter()
@@ -121,7 +122,7 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>]) -> Vec<Finding> {
         let Some((log, what, found)) = clearest(&mut apart) else {
             return findings;
         };
-        let delay = encoder_to_camera(std::slice::from_ref(&logs[log]));
+        let delay = encoder_to_camera(rig, std::slice::from_ref(&logs[log]));
         findings.extend(match (what, delay) {
             (0, delay) => delay.map(|delay| Finding::EncoderDelay {
                 log: Some(logs[log].name.into()),

@@ -207,6 +207,10 @@ fn what_is_so_in_one_log_and_what_touches_tell_has_its_own_name() {
         "the camera is 60 ms late in one log",
         |f| matches!(f, Finding::EncoderDelay { log: Some(_), delay, .. } if (delay.seconds[0] - 0.06).abs() < 0.006),
     );
+    first(
+        "the arm's state is 0.2 s late",
+        |f| matches!(f, Finding::StateClock { behind, .. } if (behind - 0.2).abs() < 0.03),
+    );
     first("the commands of one log are in km/h", |f| {
         matches!(f, Finding::Delivers { log: Some(_), .. })
     });
@@ -218,6 +222,32 @@ fn what_is_so_in_one_log_and_what_touches_tell_has_its_own_name() {
         "the camera was moved between sessions",
         |f| matches!(f, Finding::DisplacedApart { strike: None, misses: true, by, .. } if by.distance(Point::new(0.06, 0.03)) < 0.01),
     );
+}
+
+/// Without a command the camera's delay is told by touches that are long over as the object is seen to move; of a box, too, which also tells that one
+/// log's camera is late.
+#[test]
+fn touches_that_are_long_over_and_those_of_a_box_tell_a_delay() {
+    for shape in [Shape::Cylinder, Shape::Box] {
+        let lab = mistakes::logged(shape, 60, 5860, &["none"], None, true);
+        assert_eq!(wrong(&checked(&lab).0), Vec::<&Finding>::new());
+        let first = |mistake: &str, late: f64, is_one: bool| {
+            let (found, _) = checked(&lab.clone().mistaken(mistake));
+            let wrong = wrong(&found);
+            assert!(
+                matches!(wrong.first(), Some(Finding::EncoderDelay { log, delay, .. })
+                    if log.is_some() == is_one && (delay.seconds[0] - late).abs() < 0.015),
+                "{shape:?}, {mistake}: {:?}",
+                found.findings
+            );
+        };
+        first(
+            "no command is logged, and the camera is 80 ms late",
+            0.08,
+            false,
+        );
+        first("the camera is 60 ms late in one log", 0.06, true);
+    }
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub struct Meeting {
     pub at: f64,
     /// What was commanded, or what the arm did where no command is logged.
     pub command: Command,
-    /// Time, in s, since the tip touched the object, by its measured place; none where that does not tell, and for a box.
+    /// Time, in s, since the tip touched the object, by its measured place; none where that does not tell.
     #[serde(default)]
     pub delay: Option<f64>,
     /// Speed that the arm delivered, as a part of the commanded one; none where its state does not tell.
@@ -162,8 +162,54 @@ pub(crate) fn delivered(states: &[State], context: &LaunchContext<'_>) -> Option
     Some((delivered, late))
 }
 
-/// Time, in s, from the tip's touch, by its measured places, until the object moved; none where the places do not tell, and for a box, whose reach
-/// depends on how it lies.
+/// By how much (s) the arm's measured speed lies behind the commanded one; `None` where no state of the time shows that speed. Only as far as states
+/// are there: half a second before the command, and after what it began.
+pub(crate) fn behind(states: &[State], commands: &[Sample]) -> Option<f64> {
+    /// Lags that are tried, in s, and the time beside the command in which an arm that follows it rests.
+    const FARTHEST: f64 = 1.0;
+    const STEP: f64 = 0.004;
+    const BESIDE: f64 = 0.1;
+    /// Least correlation of both speeds, and least number of states.
+    const ALIKE: f64 = 0.97;
+    const FEWEST: usize = 6;
+    let start = commands.first()?.stamp;
+    let lasts = since(start, commands.last()?.stamp);
+    let commands = Commands::new(commands);
+    let finite = states.iter().filter(|state| state.velocity.is_finite());
+    let speeds = finite.map(|state| (since(start, state.stamp), state.velocity.norm()));
+    let speeds: Vec<(f64, f64)> = speeds.collect();
+    let (first, last) = (speeds.first()?.0, speeds.last()?.0);
+    let alike = |lag: f64| -> f64 {
+        let (from, to) = (lag - BESIDE, lag + lasts + BESIDE);
+        let at = |time: f64| speeds.partition_point(|(t, _)| *t < time);
+        let within = &speeds[at(from)..at(to)];
+        if within.len() < FEWEST || from < first || to > last {
+            return 0.0;
+        }
+        let (mut product, mut command, mut state) = (0.0, 0.0, 0.0);
+        for (t, speed) in within {
+            let commanded = commands.at(t - lag).norm();
+            product += commanded * speed;
+            command += commanded * commanded;
+            state += speed * speed;
+        }
+        product / (command * state).sqrt().max(f64::MIN_POSITIVE)
+    };
+    let steps = (FARTHEST / STEP) as i32;
+    let found: Vec<f64> = (-steps..=steps)
+        .map(|i| alike(STEP * f64::from(i)))
+        .collect();
+    let best = (0..found.len()).max_by(|a, b| found[*a].total_cmp(&found[*b]))?;
+    (found[best] > ALIKE).then(|| STEP * (best as f64 - f64::from(steps)))
+}
+
+/// Distance, in m, of both centres at a touch: of a box, which may lie anyhow, that in the middle.
+pub(crate) fn touching(rig: &Rig) -> f64 {
+    let solid = &rig.object.solid;
+    0.5 * (solid.reach() + solid.narrowest()) + rig.striker.radius
+}
+
+/// Time, in s, from the tip's touch, by its measured places, until the object moved; none where the places do not tell.
 pub(crate) fn delay(
     states: &[State],
     context: &LaunchContext<'_>,
@@ -184,31 +230,60 @@ pub(crate) fn touch_delay(
     (stamp, moves): (i64, f64),
     rig: &Rig,
 ) -> Option<TouchDelay> {
-    let reach = rig.object.solid.radius()? + rig.striker.radius;
-    let far = |state: &State| state.position.distance(initial) - reach;
-    let places: Vec<(f64, f64)> = states
-        .iter()
-        .filter(|state| state.position.is_finite())
-        .map(|state| (since(stamp, state.stamp), far(state)))
-        .collect();
-    let [before, after] = places
-        .windows(2)
-        .find(|pair| pair[0].1 > 0.0 && pair[1].1 <= 0.0)
-        .map(|pair| [pair[0], pair[1]])?;
-    let at_touch = (before.1 - after.1) / (after.0 - before.0);
-    let touch = before.0 + before.1 / at_touch;
+    let reach = touching(rig);
+    let places = distances(states, initial, stamp);
+    let Touching {
+        touch,
+        speed: at_touch,
+        apart,
+    } = touchings(&places, reach).next()?;
     // A reach that is stated wrongly is touched where the tip still speeds up: on its whole way from there it is as fast in the mean.
     let later = places.partition_point(|(t, _)| *t <= moves);
     let here = later
         .checked_sub(1)
         .and_then(|i| Some((places[i], *places.get(later)?)));
     let on_the_way = here.and_then(|((t, one), (next, other))| {
-        let far = one + (other - one) * (moves - t) / (next - t);
-        ((moves - touch).abs() > after.0 - before.0).then_some(-far / (moves - touch))
+        let far = one + (other - one) * (moves - t) / (next - t) - reach;
+        ((moves - touch).abs() > apart).then_some(-far / (moves - touch))
     });
     Some(TouchDelay {
         seconds: moves - touch,
         speed: on_the_way.filter(|speed| *speed > 0.0).unwrap_or(at_touch),
+    })
+}
+
+/// When a tip came as near to an object as both radii reach.
+pub(crate) struct Touching {
+    /// Time of it, in s, and the tip's speed towards the object, in m/s.
+    pub(crate) touch: f64,
+    pub(crate) speed: f64,
+    /// Time between the states about it, in s.
+    apart: f64,
+}
+
+/// Distances (m) of the tip from a place, in time (s) since a stamp.
+pub(crate) fn distances<'a>(
+    states: impl IntoIterator<Item = &'a State>,
+    place: Point,
+    stamp: i64,
+) -> Vec<(f64, f64)> {
+    let placed = states.into_iter().filter(|s| s.position.is_finite());
+    let far = placed.map(|s| (since(stamp, s.stamp), s.position.distance(place)));
+    far.collect()
+}
+
+/// When the tip came nearer than this (m), by its distances.
+pub(crate) fn touchings(distances: &[(f64, f64)], reach: f64) -> impl Iterator<Item = Touching> {
+    let pairs = distances.windows(2);
+    let nearer = pairs.filter(move |pair| pair[0].1 > reach && pair[1].1 <= reach);
+    nearer.map(move |pair| {
+        let apart = pair[1].0 - pair[0].0;
+        let speed = (pair[0].1 - pair[1].1) / apart;
+        Touching {
+            touch: pair[0].0 + (pair[0].1 - reach) / speed,
+            speed,
+            apart,
+        }
     })
 }
 

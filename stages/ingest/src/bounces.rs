@@ -11,7 +11,7 @@ use logs::Sample;
 use serde::{Deserialize, Serialize};
 use values::{Point, Rig};
 
-use crate::arm::State;
+use crate::arm::{State, TouchDelay, distances, touching, touchings};
 use crate::order::since;
 use crate::slide::{NOISIER, lies_still};
 
@@ -46,7 +46,7 @@ pub(crate) struct Break {
     /// Standard deviation of a velocity's coordinate, in m/s.
     noise: f64,
     /// Whether the object lay still before: its velocity there is noise.
-    is_from_rest: bool,
+    pub(crate) is_from_rest: bool,
 }
 
 impl Break {
@@ -105,6 +105,8 @@ const TIP_TIME: f64 = 0.05;
 const FARTHEST: f64 = 0.2;
 const HITS: f64 = 0.3;
 const STRAIGHT_AWAY: f64 = 0.95;
+/// Greatest time, in s, between the tip's touch of what rested and the moment at which a camera that is late, or early, shows it.
+const FARTHEST_IN_TIME: f64 = 0.5;
 /// Time, in s, for which states are held.
 const HELD: f64 = 30.0;
 /// Number of frames from which a flight is handled in parts.
@@ -128,6 +130,10 @@ pub(crate) struct Breaks {
     ended: VecDeque<Flight>,
     tips: VecDeque<State>,
     hits: Vec<Hit>,
+    /// Distance of both centres at a touch; breaks of what rested, until states after them have come; and touches about such breaks.
+    touching: f64,
+    resting: VecDeque<Break>,
+    touches: Vec<TouchDelay>,
 }
 
 impl Breaks {
@@ -144,6 +150,9 @@ impl Breaks {
             ended: VecDeque::new(),
             tips: VecDeque::new(),
             hits: Vec::new(),
+            touching: touching(rig),
+            resting: VecDeque::new(),
+            touches: Vec::new(),
         }
     }
 
@@ -327,11 +336,44 @@ impl Breaks {
             let touch = flight.begun.and_then(|begun| self.touch(&begun));
             let hit = flight.begun.and_then(|begun| self.hit(&begun));
             self.hits.extend(hit);
+            self.resting
+                .extend(flight.begun.filter(|begun| begun.is_from_rest));
             if let Some(flight) = self.ended.pop_front() {
                 taken.push((flight, touch));
             }
         }
+        self.touch_resting(at_end);
         taken
+    }
+
+    /// Touches about the breaks of what rested, as many as there are, each by how long before the break it was.
+    fn touch_resting(&mut self, at_end: bool) {
+        while let Some(begun) = self.resting.front() {
+            let time = |tip: &State| since(begun.stamp, tip.stamp);
+            let is_known = self
+                .tips
+                .back()
+                .is_some_and(|last| time(last) > FARTHEST_IN_TIME);
+            if !(is_known || at_end) {
+                break;
+            }
+            let near = self
+                .tips
+                .iter()
+                .filter(|tip| time(tip).abs() <= FARTHEST_IN_TIME);
+            let distances = distances(near, begun.bounce.place, begun.stamp);
+            let delays = touchings(&distances, self.touching).map(|touching| TouchDelay {
+                seconds: -touching.touch,
+                speed: touching.speed,
+            });
+            self.touches.extend(delays);
+            self.resting.pop_front();
+        }
+    }
+
+    /// Touches about the moments at which what rested was seen to be pushed, however long before or after.
+    pub(crate) fn take_touches(&mut self) -> Vec<TouchDelay> {
+        std::mem::take(&mut self.touches)
     }
 
     /// What the tip pushed of the flights that were taken.

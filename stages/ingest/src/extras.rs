@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Rig, Strike};
 
-use crate::arm::{LaunchContext, Meeting, State, TouchDelay, delay, delivered, meeting};
+use crate::arm::{LaunchContext, Meeting, State, TouchDelay, behind, delay, delivered, meeting};
 use crate::order::Stamped;
 use crate::robust::median;
 use crate::yaw::{YawSample, yaw};
@@ -62,6 +62,8 @@ pub(crate) struct Extras {
     delays: Vec<TouchDelay>,
     /// Where the tip was when the object began to move.
     meetings: Vec<Meeting>,
+    /// Seconds by which the arm's measured speed lies behind the commanded one.
+    behind: Vec<f64>,
     /// Seconds from the end of the arm's plateau to the object's first motion, one a strike of which the arm's state is known.
     late: Vec<f64>,
 }
@@ -173,6 +175,11 @@ impl Extras {
         std::mem::take(&mut self.meetings)
     }
 
+    /// By how much the arm's measured speed lies behind the commanded one.
+    pub(crate) fn take_behind(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.behind)
+    }
+
     /// Notes on the log's states and poses.
     pub(crate) fn notes(&self) -> impl Iterator<Item = String> {
         let early = (self.early > 0).then(|| {
@@ -220,6 +227,7 @@ impl Extras {
         };
         let delay = delay(&states, &context, rig);
         self.delays.extend(delay);
+        self.behind.extend(behind(&states, &waiting.commands));
         let found = delivered(&states, &context);
         let met = meeting(&states, &context, delay).map(|meeting| Meeting {
             delivered: found.map(|(of, _)| of.tip_speed / context.command.speed),

@@ -128,6 +128,8 @@ struct Elsewhere {
     /// Frames since, at one place to which it does not get.
     held: Vec<Sample>,
     bursts: u64,
+    /// The place of the last ones that the tracker wrote again and again to the last digit, as it writes where it sees nothing.
+    nowhere: Option<Point>,
 }
 
 impl Elsewhere {
@@ -143,7 +145,8 @@ impl Elsewhere {
         };
         let mut lost = 0;
         if let (Some(first), Some(last)) = (self.held.first(), self.held.last()) {
-            let is_long = since(first.stamp, sample.stamp) > LONGEST;
+            let is_known = self.nowhere == Some(place(first)) && self.held.len() < MOST_HELD;
+            let is_long = since(first.stamp, sample.stamp) > LONGEST && !is_known;
             let gone = place(first).distance(place(&sample));
             if !is_long && gone < STILL + STILL_NOISE * rig.camera.noise {
                 self.held.push(sample);
@@ -158,9 +161,11 @@ impl Elsewhere {
             let is_back = !is_long && jumps(last) && self.last.as_ref().is_some_and(goes_on);
             match is_back {
                 // One frame alone is a stray one.
-                true if self.held.len() == 1 => self.held.drain(..).for_each(&mut see),
+                true if self.held.len() == 1 && !is_known => self.held.drain(..).for_each(&mut see),
                 true => {
-                    self.bursts += 1;
+                    let is_one = self.held.iter().all(|held| place(held) == place(first));
+                    self.bursts += u64::from(!is_known);
+                    self.nowhere = is_one.then(|| place(first)).or(self.nowhere);
                     lost = self.held.drain(..).count();
                 }
                 false => {
@@ -376,6 +381,12 @@ mod tests {
         // One frame alone is a stray one; it never comes back; it is carried away for a second.
         assert_eq!(counts(&seen(20..21)), (0, 60));
         assert_eq!(counts(&seen(20..59)), (0, 60));
+        // A place that comes again to the last digit is written where nothing is seen, for however long.
+        let nothing = |i: u32| match i {
+            20..26 | 35..100 => [0.6, 0.4],
+            _ => slide(i.min(60)),
+        };
+        assert_eq!(counts(&(0..120).map(nothing).collect::<Vec<_>>()), (71, 49));
         let carried = [[0.3, 0.1]; 10].into_iter().chain([[0.6, 0.4]; 60]);
         let carried: Vec<[f64; 2]> = carried.chain([[0.3, 0.1]; 10]).collect();
         assert_eq!(counts(&carried), (0, 80));

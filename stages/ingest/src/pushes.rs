@@ -371,19 +371,19 @@ fn is_braked_evenly(track: &Track, ahead: Point, noise: f64) -> bool {
 }
 
 /// A parabola through places over time, by least squares.
-struct Parabola {
+pub(crate) struct Parabola {
     /// Place and velocity at time zero, in m and m/s.
-    place: Point,
-    velocity: Point,
+    pub(crate) place: Point,
+    pub(crate) velocity: Point,
     /// Acceleration, in m/s².
-    acceleration: Point,
+    pub(crate) acceleration: Point,
     /// Root mean square of a coordinate about it, in m.
     misfit: f64,
 }
 
 impl Parabola {
     /// The parabola by polynomials that are orthogonal over the frames' times, of which there are four at the least.
-    fn through(track: &Track) -> Self {
+    pub(crate) fn through(track: &Track) -> Self {
         let n = track.len() as f64;
         let mean = track.t.iter().sum::<f64>() / n;
         let power = |k: i32| track.t.iter().map(|t| (t - mean).powi(k)).sum::<f64>();

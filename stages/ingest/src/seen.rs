@@ -13,6 +13,7 @@ use crate::episode::{Episode, is_finite, speed};
 use crate::lost::is_out_of_reach;
 use crate::order::{seconds, since};
 use crate::plateau::plateau;
+use crate::pushes::Parabola;
 use crate::robust::{median, median_point, spread};
 
 /// Commands and motions of one log, each in order of time; times are in s on the log's clocks, as it is read.
@@ -42,6 +43,9 @@ pub struct Seen {
     pub bounces: Vec<Bounce>,
     /// Time from the tip's touching the object, by its measured place, to the object's first motion, one a strike.
     pub delays: Vec<TouchDelay>,
+    /// Time, in s, by which the arm's measured speed lies behind the commanded one, one a strike.
+    #[serde(default)]
+    pub behind: Vec<f64>,
     /// Distance of both centres where the tip seems to have pushed the object.
     #[serde(default)]
     pub hits: Vec<Hit>,
@@ -51,10 +55,9 @@ pub struct Seen {
     /// Ratio of an object's speed a while after a strike to its speed right after it.
     #[serde(default)]
     pub gathered: Vec<f64>,
-    /// Ratio of an object's speed some frames after a strike to its speed right after it; and of what it must have been then, by how it is braked
-    /// later, to what it was.
+    /// Half the variance, in s², of the times over which an object's places seem to be smeared as it begins to move, one a strike.
     #[serde(default)]
-    pub swelled: Vec<[f64; 2]>,
+    pub smeared: Vec<f64>,
     /// Slides that no strike began.
     #[serde(default)]
     pub slides: Vec<Strike>,
@@ -130,9 +133,9 @@ const LET_GO: f64 = 0.012;
 const LATER: f64 = 0.07;
 const LATER_TIME: f64 = 0.025;
 
-/// Time, in s, over which a speed is seen some frames after the first one; and times at which, and over which, it is seen how a slide is braked.
-const NEXT_TIME: f64 = 0.02;
-const BRAKED: [(f64, f64); 2] = [(0.1, 0.05), (0.18, 0.06)];
+/// Times, in s, after an object began to move between which it surely slides, and the end of its way, in m, in which it may come to rest.
+const SLIDES: std::ops::Range<f64> = 0.07..0.28;
+const COMES_TO_REST: f64 = 0.01;
 
 /// The mean speed from this time of a track on, over some time, with the moments of its ends; none for a track of few frames.
 fn speed_of(track: &Track, from: f64, time: f64) -> Option<(f64, [f64; 2])> {
@@ -152,18 +155,48 @@ pub(crate) fn gathered(track: &Track) -> Option<f64> {
     ratio.is_finite().then_some(ratio)
 }
 
-/// By what factor the object's speed still rises from its first frames to the next ones, and what it must have been in the first ones, by how it
-/// is braked later, as a multiple of what it was there: a filter lets the places follow little by little.
-pub(crate) fn swelled(track: &Track) -> Option<[f64; 2]> {
-    let (first, ends) = speed_of(track, LET_GO, LET_GO)?;
-    let (next, _) = speed_of(track, ends[1], NEXT_TIME)?;
-    let [early, late] = BRAKED.map(|(from, time)| speed_of(track, from, time));
-    let ((early, of_early), (late, of_late)) = (early?, late?);
-    let middle = |[from, to]: [f64; 2]| 0.5 * (from + to);
-    let braking = (early - late) / (middle(of_late) - middle(of_early));
-    let begun = early + braking.max(0.0) * (middle(of_early) - middle(ends));
-    let ratios = [next / first, begun / first];
-    ratios.iter().all(|r| r.is_finite()).then_some(ratios)
+/// Half the variance, in s², of the times over which an object's places are smeared as it begins to move, out of the rest at `initial` that ended some
+/// `gap` s before: the area between its way and that of a sudden start, which its slide tells, by its speed. A filter follows little by little,
+/// and an impact takes some ms. None for a track that tells little of the slide.
+pub(crate) fn smeared(track: &Track, initial: Point, gap: f64) -> Option<f64> {
+    const FEWEST: usize = 5;
+    let last = track.point(track.len().checked_sub(1)?);
+    let comes = |i: &usize| track.point(*i).distance(last) < COMES_TO_REST;
+    let rests = (0..track.len()).find(comes)?;
+    let [from, to] = [SLIDES.start, SLIDES.end].map(|t| track.t.partition_point(|one| *one <= t));
+    let to = to.min(rests);
+    if to < from + FEWEST {
+        return None;
+    }
+    let slide = Parabola::through(&Track {
+        t: track.t[from..to].to_vec(),
+        x: track.x[from..to].to_vec(),
+        y: track.y[from..to].to_vec(),
+        ..track.clone()
+    });
+    let ahead = track.point(to - 1) - initial;
+    let ahead = ahead * (1.0 / ahead.norm().max(1e-12));
+    let (place, speed) = (
+        (slide.place - initial).dot(ahead),
+        slide.velocity.dot(ahead),
+    );
+    let bend = 0.5 * slide.acceleration.dot(ahead);
+    // The time at which the slide, continued, began, and its speed then.
+    let square = speed * speed - 4.0 * bend * place;
+    let began = -2.0 * place / (speed + square.max(0.0).sqrt());
+    let at_first = speed + 2.0 * bend * began;
+    let beside = |i: usize| {
+        let t = track.t[i];
+        let sudden = if t > began {
+            place + (speed + bend * t) * t
+        } else {
+            0.0
+        };
+        let before = if i > 0 { track.t[i - 1] } else { -gap };
+        ((track.point(i) - initial).dot(ahead) - sudden) * 0.5 * (track.t[i + 1] - before)
+    };
+    let smeared = (0..from).map(beside).sum::<f64>() / at_first;
+    (square > 0.0 && at_first > 0.0 && smeared.is_finite()).then_some(smeared)
 }
 
 /// Finds motions in a stream of centroids.
@@ -341,9 +374,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_filtered_object_still_gathers_speed_and_a_struck_one_does_not() {
+    fn a_filter_smears_the_beginning_and_an_impact_does_not() {
         // From the touch on, seen at 60 Hz through a filter of this time constant (s), if any.
-        let ratios = |filter: f64| {
+        let seen = |filter: f64| {
             let (speed, braking, period) = (0.8, 2.0, 1.0 / 60.0);
             let at = |t: f64| speed * t - 0.5 * braking * t * t;
             let gain = if filter > 0.0 {
@@ -352,25 +385,20 @@ mod tests {
                 1.0
             };
             let mut place = 0.0;
-            let mut track = Track {
-                t: Vec::new(),
-                x: Vec::new(),
-                y: Vec::new(),
-                yaw: None,
-                end: values::End::Rest,
-            };
+            let mut track = Track::default();
             for i in 0..23 {
                 place += gain * (at(0.01 + period * f64::from(i)) - place);
                 track.t.push(period * f64::from(i));
                 track.x.push(place);
                 track.y.push(0.0);
             }
-            swelled(&track).expect("enough frames")
+            smeared(&track, Point::default(), period).expect("enough frames")
         };
-        let [next, begun] = ratios(0.0);
-        assert!(next < 1.0 && (begun - 1.0).abs() < 0.01, "{next} {begun}");
-        let [next, begun] = ratios(0.05);
-        assert!(next > 1.05 && begun > 1.3, "{next} {begun}");
+        assert!(seen(0.0).abs() < 2e-5, "{}", seen(0.0));
+        for filter in [0.02, 0.03] {
+            let tells = (2.0 * seen(filter)).sqrt();
+            assert!((tells / filter - 1.0).abs() < 0.2, "{filter}: {tells}");
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use values::{
 };
 
 use crate::arm::{Meeting, State, TouchDelay};
-use crate::bounces::{Breaks, Flight, Touch};
+use crate::bounces::{Break, Breaks, Flight, Touch};
 use crate::counts::Counts;
 use crate::episode::{EndOfData, Episode, Episodes, IDLE_TIME, Queue, is_finite};
 use crate::extras::{Extras, Waiting};
@@ -22,7 +22,7 @@ use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::pushes::Pushes;
 use crate::rejection::Rejection;
-use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered, swelled};
+use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered, smeared};
 use crate::slide::{self, Frames};
 use crate::touched::{self, TouchedFlight, TouchedStrike};
 use crate::yaw::YawSample;
@@ -102,11 +102,13 @@ pub(crate) struct Segmenter<'a> {
     touched: ByState,
     untouched: ByState,
     is_touched: bool,
-    /// Flights that the tip began, until it is known how far in time the camera lies behind the tip.
+    /// Flights that the tip began, and touches about all that were begun, until it is known how far in time the camera lies behind the tip.
     flights: Vec<TouchedFlight>,
-    /// In a log with commands: commands at which the object moved before, and touches of an object that moved.
+    touches: Vec<TouchDelay>,
+    /// In a log with commands: commands at which the object moved before, pushes of an object that moved, and those that the tip's touch began.
     restless: Vec<(Episode, Reject)>,
-    moved: Vec<(TouchedStrike, Touch, Vec<Sample>)>,
+    pushed: Vec<MotionSeen>,
+    moved: Vec<(TouchedStrike, TouchedFlight)>,
     reordered: ReorderBuffers,
     last_centroid: Option<i64>,
     last_command: Option<i64>,
@@ -146,7 +148,9 @@ impl<'a> Segmenter<'a> {
             untouched: ByState::default(),
             is_touched: false,
             flights: Vec::new(),
+            touches: Vec::new(),
             restless: Vec::new(),
+            pushed: Vec::new(),
             moved: Vec::new(),
             reordered: ReorderBuffers::default(),
             last_centroid: None,
@@ -401,6 +405,7 @@ impl<'a> Segmenter<'a> {
     /// Handles flights that have ended: bounces of the object and, where states alone tell of strikes, touches of the tip.
     fn fly(&mut self, at_end: bool) {
         for (flight, touch) in self.breaks.take(at_end) {
+            self.pushed.extend(flight.begun.and_then(pushed));
             match &touch {
                 Some(touch) => self.touch(&flight, touch),
                 None => self.found.seen.bounces.extend(flight.bounce()),
@@ -412,6 +417,7 @@ impl<'a> Segmenter<'a> {
             };
         }
         self.found.seen.hits.extend(self.breaks.take_hits());
+        self.touches.extend(self.breaks.take_touches());
         let slides = self.pushes.take(self.log, self.rig, at_end);
         self.counts.carried += self.pushes.take_carried();
         self.found.seen.slides.extend(slides);
@@ -437,8 +443,7 @@ impl<'a> Segmenter<'a> {
         }
         let found = touched::strike(&touched, 0.0, self.rig).ok();
         let moved = found.filter(|found| found.moving.is_some());
-        let moved = moved.map(|found| (found, touched.touch, touched.flight.frames));
-        self.moved.extend(moved);
+        self.moved.extend(moved.map(|found| (found, touched)));
     }
 
     /// Makes a strike of a flight that the tip began, in a log without commands.
@@ -468,11 +473,7 @@ impl<'a> Segmenter<'a> {
             speed: command.speed,
             angle: command.angle,
         });
-        self.touched.motions.push(MotionSeen {
-            start: t_start,
-            from: found.initial,
-            velocity: found.launch,
-        });
+        self.touched.motions.push(motion(&found));
         if self.rig.object.shape() != Shape::Box {
             let meeting = touched.meeting(camera_delay, &found, self.rig);
             self.touched.meetings.extend(meeting);
@@ -521,29 +522,49 @@ impl<'a> Segmenter<'a> {
     /// In a log with commands: a command at which the object moved before is a strike where the tip's state shows its touch. What was commanded
     /// stands in the place of what the tip did, on the same line of centres.
     fn strike_moved(&mut self) {
-        let moved = std::mem::take(&mut self.moved);
+        let (moved, pushed) = (
+            std::mem::take(&mut self.moved),
+            std::mem::take(&mut self.pushed),
+        );
         for (episode, reject) in std::mem::take(&mut self.restless) {
             let within = episode.start()..=episode.end().saturating_add(AFTER_FALL);
+            let is_within = |motion: &&MotionSeen| {
+                (seconds(*within.start())..=seconds(*within.end())).contains(&motion.start)
+            };
+            let hardest = pushed
+                .iter()
+                .filter(is_within)
+                .max_by(|one, other| one.velocity.norm().total_cmp(&other.velocity.norm()));
             let mut touches = moved
                 .iter()
-                .filter(|(found, ..)| within.contains(&found.first));
-            let (Some((found, touch, frames)), None) = (touches.next(), touches.next()) else {
-                self.found.rejects.push(reject);
-                continue;
-            };
-            let moving = found.moving.unwrap_or_default();
-            let command = plateau(&episode.commands, self.rig).and_then(|commanded| {
+                .filter(|(found, _)| within.contains(&found.first));
+            let touch = touches.next().filter(|_| touches.next().is_none());
+            let struck = touch.and_then(|(found, touched)| {
+                let commanded = plateau(&episode.commands, self.rig).ok()?;
                 let touch = Touch {
                     velocity: Point::polar(commanded.speed, commanded.angle),
-                    ..touch.clone()
+                    ..touched.touch.clone()
                 };
-                touched::command(&touch, found.initial, moving, self.rig)
+                let moving = found.moving.unwrap_or_default();
+                let command = touched::command(&touch, found.initial, moving, self.rig).ok()?;
+                Some((command, found, touched))
             });
-            let Ok(command) = command else {
+            let seen = &mut self.found.seen;
+            let motion = struck.as_ref().map(|(_, found, _)| motion(found));
+            if let Some(motion) = motion.or(hardest.copied()) {
+                // How it moved before is no motion from rest.
+                seen.motions.retain(|motion| !is_within(&motion));
+                seen.motions.push(motion);
+            }
+            let Some((command, found, touched)) = struck else {
                 self.found.rejects.push(reject);
                 continue;
             };
-            let id = strike_id(&episode.commands, frames);
+            seen.delays.extend(touched.delay(self.rig));
+            if self.rig.object.shape() != Shape::Box {
+                seen.meetings.extend(touched.meeting(0.0, found, self.rig));
+            }
+            let id = strike_id(&episode.commands, &touched.flight.frames);
             let strike = self.strike_by_touch(episode.index, id, command, found);
             self.found.strikes.push(StrikeSummary::from(&strike));
             (self.keep)(strike);
@@ -557,7 +578,9 @@ impl<'a> Segmenter<'a> {
         let flights = std::mem::take(&mut self.flights);
         let delays = flights.iter().filter_map(|flight| flight.delay(self.rig));
         self.touched.delays = delays.collect();
-        let camera_delay = touched::camera_delay(&self.touched.delays);
+        // A box's touch is not known to a ms.
+        let is_round = self.rig.object.shape() != Shape::Box;
+        let camera_delay = touched::camera_delay(&self.touched.delays).filter(|_| is_round);
         for flight in flights {
             self.strike_touched(&flight, camera_delay.unwrap_or_default());
         }
@@ -592,7 +615,8 @@ impl<'a> Segmenter<'a> {
         };
         self.found.seen.commands.extend(commands);
         self.found.seen.motions.extend(motions);
-        self.found.seen.delays.extend(delays);
+        let far_away = touched::far_away(&std::mem::take(&mut self.touches));
+        self.found.seen.delays.extend(far_away.unwrap_or(delays));
         self.found.seen.meetings.extend(meetings);
         self.found.rejects.extend(rejects);
         for strike in strikes {
@@ -748,7 +772,9 @@ impl<'a> Segmenter<'a> {
         let shown = &mut self.found.seen;
         shown.bounces.extend(slide.grazed);
         shown.gathered.extend(gathered(&slide.track));
-        shown.swelled.extend(swelled(&slide.track));
+        shown
+            .smeared
+            .extend(smeared(&slide.track, slide.initial, slide.gap));
         let command = match commanded {
             Some(command) => command,
             None => at_contact(&episode.commands, slide.first_motion)?,
@@ -780,12 +806,15 @@ impl<'a> Segmenter<'a> {
         commands.sort_by(|one, other| one.rise.total_cmp(&other.rise));
         motions.sort_by(|one, other| one.start.total_cmp(&other.start));
         self.found.rejects.sort_by_key(|reject| reject.index);
-        // Few objects rest where touches tell of strikes, and these say more.
-        if self.found.seen.meetings.is_empty() {
-            self.found.seen.meetings = self.extras.take_meetings();
+        // Few objects rest where touches alone tell of strikes, and these say more.
+        if self.source == CommandSource::Topic || self.found.seen.meetings.is_empty() {
+            let meetings = self.extras.take_meetings();
+            self.found.seen.meetings.extend(meetings);
         }
         if self.source == CommandSource::Topic {
-            self.found.seen.delays = self.extras.take_delays();
+            let delays = self.extras.take_delays();
+            self.found.seen.delays.extend(delays);
+            self.found.seen.behind = self.extras.take_behind();
         } else {
             self.found.seen.is_by_state = true;
             let why = match self.rig.frames.command {
@@ -801,4 +830,22 @@ impl<'a> Segmenter<'a> {
         self.found.notes.extend(self.counts.other_rate(self.rig));
         self.found
     }
+}
+
+/// What a touch added to the object's velocity, as a motion.
+fn motion(found: &TouchedStrike) -> MotionSeen {
+    MotionSeen {
+        start: seconds(found.first),
+        from: found.initial,
+        velocity: found.launch,
+    }
+}
+
+/// What was added to the velocity of an object that moved before.
+fn pushed(begun: Break) -> Option<MotionSeen> {
+    (!begun.is_from_rest).then(|| MotionSeen {
+        start: seconds(begun.stamp),
+        from: begun.bounce.place,
+        velocity: begun.bounce.after - begun.bounce.before,
+    })
 }

@@ -131,6 +131,23 @@ pub(crate) fn camera_delay(delays: &[TouchDelay]) -> Option<f64> {
     is_sure.then_some(middle)
 }
 
+/// The touches that tell one delay, of all that were about the moments at which objects were pushed, where that is too long for touches to be
+/// seen at their time.
+pub(crate) fn far_away(touches: &[TouchDelay]) -> Option<Vec<TouchDelay>> {
+    /// Time, in s, within which touches tell one delay, and the delay from which the tip is no longer where it touched.
+    const ONE: f64 = 0.04;
+    const LONG: f64 = 0.03;
+    const FEWEST_TOUCHES: usize = 6;
+    let mut touches = touches.to_vec();
+    touches.sort_by(|one, other| one.seconds.total_cmp(&other.seconds));
+    let until = |from: usize| touches.partition_point(|t| t.seconds < touches[from].seconds + ONE);
+    let from = (0..touches.len()).max_by_key(|from| until(*from) - from)?;
+    let together = &touches[from..until(from)];
+    let is_far = median(together.iter().map(|touch| touch.seconds)).abs() > LONG;
+    let is_most = together.len() >= FEWEST_TOUCHES && 2 * together.len() > touches.len();
+    (is_far && is_most).then(|| together.to_vec())
+}
+
 /// Where the object rested before, if it did: `before` are the frames that came before the impact. A frame or two show no rest.
 fn rested(before: &[Sample], noise: f64) -> Option<Point> {
     let (first, last) = (before.first()?, before.last()?);
@@ -306,4 +323,30 @@ fn rests(frames: &[Sample], noise: f64) -> Option<(usize, Point)> {
         let points: Vec<Point> = frames[from..until].iter().map(place).collect();
         is_rest(&points, REST_NOISE * noise, noise).then(|| (from, median_point(&points)))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn touches_that_lie_together_tell_a_delay_and_others_none() {
+        let touches = |late: f64, others: usize| -> Vec<TouchDelay> {
+            let touch = |seconds| TouchDelay {
+                seconds,
+                speed: 0.6,
+            };
+            let together = (0..20).map(|i| touch(late + 0.003 * f64::from(i).sin()));
+            let apart = (0..others).map(|i| touch(-0.5 + (0.618 * i as f64).fract()));
+            together.chain(apart).collect()
+        };
+        for late in [-0.1, 0.06, 0.2] {
+            let found = far_away(&touches(late, 8)).expect("a delay");
+            let middle = median(found.iter().map(|touch| touch.seconds));
+            assert!((middle - late).abs() < 0.005, "{late}: {middle}");
+        }
+        assert_eq!(far_away(&touches(0.02, 8)), None);
+        assert_eq!(far_away(&touches(0.06, 60)), None);
+        assert_eq!(far_away(&[]), None);
+    }
 }

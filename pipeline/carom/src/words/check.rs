@@ -202,7 +202,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     "{log}: in {percent:.0} % of the frames the centroid lies farther from the last one than any object gets"
                 ),
             },
-            "the tracker jumps to and fro between two objects, or between the object and what looks like it",
+            "the tracker jumps to and fro between two objects, or between the object and what looks like it, or writes some place where it sees nothing",
             "take the other object away, or narrow what is tracked (its colour range, `carom camera tune`; one topic for each object), and record anew".into(),
         ),
         Finding::Unrelated {
@@ -324,6 +324,22 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "commands and centroids are not of one session, or their clocks do not run alike",
             "look at both topics in a viewer, and record them into one log".into(),
         ),
+        Finding::StateClock {
+            log,
+            behind,
+            strikes,
+        } => {
+            let state = &rig.topics.state.topic.name;
+            said(
+                format!(
+                    "{log}: by {state} the arm moves {:.0} ms {} it is commanded to, over {strikes} strikes, and the camera sees objects move at the commands' time",
+                    behind.abs() * 1e3,
+                    if *behind < 0.0 { "before" } else { "after" }
+                ),
+                &format!("the clock of {state} is another than that of the commands and the camera"),
+                "stamp the state by the commands' clock, and record anew: no key of the rig file is for it (`camera_delay` moves the camera, which is right)".into(),
+            )
+        }
         Finding::Delivers {
             log,
             share,
@@ -370,7 +386,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 if delay.reach.is_some() {
                     "the camera's stamps and the encoders' differ by this"
                 } else {
-                    "the camera's stamps and the encoders' differ by this, or both radii together are off"
+                    "the camera's stamps and the encoders' differ by this, or the sizes of both together are off"
                 },
                 of_one(log.as_deref(), format!(
                     "state `[frames] camera_delay = {:.4}` (± {:.4}{}){}",
@@ -384,7 +400,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     if delay.reach.is_some() {
                         ""
                     } else {
-                        ", or measure object.radius and striker.radius"
+                        ", or measure the object and striker.radius"
                     }
                 )),
             )
@@ -743,15 +759,12 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "the tracker smooths its places (a filter or a mean over frames), or the tip goes on pushing and lets go late",
             "log places as they are measured, without a filter; have the tip hold its speed until it has struck, and then brake".into(),
         ),
-        Finding::Swelling {
-            times,
-            begun,
-            strikes,
-        } => said(
+        Finding::Swelling { seconds, strikes } => said(
             format!(
-                "some frames after they begin to move objects are {times:.2} times as fast as right after it, where the table already brakes them: by how they are braked later they left at {begun:.2} times the speed of the first frames, in the middle of {strikes} strikes"
+                "objects begin to move little by little, as a sudden start looks through a filter of {:.0} ms, in the middle of {strikes} strikes",
+                seconds * 1e3
             ),
-            "the tracker filters its places, which then follow the object late (an exponential mean, a Kalman filter)",
+            "the tracker filters its places, which then follow the object late (an exponential mean, a Kalman filter), or its exposure is long, or the tip pushes the object for a while",
             "log places as they are measured, without a filter".into(),
         ),
         Finding::SessionTurned {

@@ -158,6 +158,14 @@ impl Lab {
                 let centroids = self.sessions[1].centroids.iter_mut();
                 centroids.for_each(|c| c.stamp += 60_000_000);
             }
+            "the arm's state is 0.2 s late" => {
+                let states = self.sessions.iter_mut().flat_map(|s| &mut s.states);
+                states.for_each(|state| state.stamp += 200_000_000);
+            }
+            "no command is logged, and the camera is 80 ms late" => {
+                self.sessions.iter_mut().for_each(|s| s.commands.clear());
+                self.each_camera_stamp(80_000_000);
+            }
             "the commands of one log are in km/h" => {
                 for command in &mut self.sessions[1].commands {
                     (command.x, command.y) = (3.6 * command.x, 3.6 * command.y);

@@ -282,3 +282,37 @@ fn an_arm_that_reaches_the_object_again_has_pushed_it_again() {
     assert!(pushed(1.0) && pushed(0.8));
     assert!(!pushed(0.0) && !pushed(0.1));
 }
+
+#[test]
+fn an_arm_whose_states_lie_beside_its_commands_is_seen_to() {
+    let sample = |t: f64, speed: f64| Sample {
+        stamp: (t * 1e9).round() as i64,
+        x: speed,
+        y: 0.0,
+    };
+    let speed = |t: f64| trapezoid(0.8, 0.175, t);
+    let commands: Vec<Sample> = (0..=33)
+        .map(|i| f64::from(i) / 100.0)
+        .map(|t| sample(t, speed(t)))
+        .collect();
+    for rate in [50.0, 125.0] {
+        for late in [-0.3, -0.02, 0.0, 0.05, 0.4] {
+            let states: Vec<State> = (0..(2.0 * rate) as usize)
+                .map(|i| {
+                    let t = i as f64 / rate - 0.6;
+                    // Half a second later it goes to its next place.
+                    let goes = 0.3 * trapezoid(1.0, 0.4, t - late - 0.8);
+                    State {
+                        stamp: (t * 1e9).round() as i64,
+                        velocity: Point::polar(0.9 * speed(t - late) + goes, 0.4)
+                            + Point::new(wobble(2 * i), wobble(2 * i + 1)) * 0.01,
+                        position: Point::default(),
+                    }
+                })
+                .collect();
+            let found = behind(&states, &commands).expect("it moves");
+            assert!((found - late).abs() < 0.006, "{rate} {late}: {found}");
+        }
+    }
+    assert_eq!(behind(&[], &commands), None);
+}

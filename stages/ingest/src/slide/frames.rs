@@ -173,18 +173,23 @@ fn mean_interval(frames: &[&Frame]) -> f64 {
     sum / count as f64
 }
 
-/// Centroids far off a table on which they would lie in another unit.
+/// Centroids far off a table, as far from the frame's origin as which they would lie in another unit; in which frame is asked later.
 fn units(near: &[&Frame], rig: &Rig) -> Result<(), Rejection> {
     let points: Vec<Point> = near.iter().map(|frame| frame.point).collect();
     let middle = median_point(&points);
-    let unit = [("mm", 1e-3), ("cm", 1e-2)]
+    let (x, y) = (rig.table.x, rig.table.y);
+    let nearest = Point::new(0f64.clamp(x.low, x.high), 0f64.clamp(y.low, y.high)).norm();
+    let farthest = x
+        .low
+        .abs()
+        .max(x.high.abs())
+        .hypot(y.low.abs().max(y.high.abs()));
+    let unit = [("mm, or in pixels", 1e-3), ("cm", 1e-2)]
         .into_iter()
-        .find(|(_, metres)| {
-            // As far off as another unit takes it, not just over the edge.
-            !rig.table.contains(middle * 0.2) && rig.table.contains(middle * *metres)
-        });
+        .find(|(_, metres)| (nearest..=farthest).contains(&(middle.norm() * metres)));
     match unit {
-        Some((unit, _)) if !rig.table.contains(middle) => {
+        // As far off as another unit takes it, not just over the edge.
+        Some((unit, _)) if middle.norm() * 0.2 > farthest => {
             let detail = format!(
                 "centroids lie around ({:.1}, {:.1}): are they in {unit}, not in m?",
                 middle.x, middle.y
