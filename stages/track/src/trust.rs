@@ -177,7 +177,10 @@ pub(crate) fn judge(
         return judged(Some(inside.reason));
     }
     let outside = Outside::count(image, light, range, fit, &agrees);
-    if outside.is_much() || !is_sure {
+    // Where much of it is seen, and nothing speaks against it, a doubtful centre is a wide one.
+    let is_clear = is_known && outline >= LEAST_ALONE && against == 0.0;
+    let is_wide = is_clear && deviation < MOST_DEVIATION_WHOLE;
+    if outside.is_much() || !(is_sure || is_wide) {
         return judged(Some(outside.reason()));
     }
     let most_size = match (is_whole, is_known) {
