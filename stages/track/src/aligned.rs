@@ -88,20 +88,23 @@ impl Spots {
         if !self.shows_movement() {
             return Some(Aligned::still());
         }
-        let at = |place: &Place| Some((self.fitted::<GAIN>(seen, place.flow)?, place.deviation));
+        let at = |place: &Place| {
+            let lit = self.brightness(seen, &place.flow)?;
+            let fit = self.fitted_from::<GAIN>(seen, place.flow, lit)?;
+            Some((fit, lit, place.deviation))
+        };
         let unmoved = Place {
             flow: self.still(),
             deviation: 0.0,
         };
         let known = std::iter::once(&unmoved).chain(places).filter_map(at);
-        let known = known.min_by(|(a, _), (b, _)| a.scatter.total_cmp(&b.scatter));
-        let (still, known_to) = known?;
+        let known = known.min_by(|(a, ..), (b, ..)| a.scatter.total_cmp(&b.scatter));
+        let (still, lit, known_to) = known?;
         let most = LEAST_ELSEWHERE.max(ELSEWHERE * self.noise);
-        let shifted = |start: Flow| {
-            let fit = self.fitted::<SHIFT>(seen, start)?;
-            (fit.scatter <= most).then_some(fit)
-        };
-        let mut moved = shifted(still.flow);
+        let likely = |fit: &Fitted| fit.scatter <= most;
+        let shifted = |start: Flow| self.fitted::<SHIFT>(seen, start).filter(likely);
+        let moved = self.fitted_from::<SHIFT>(seen, still.flow, lit);
+        let mut moved = moved.filter(likely);
         let near = moved.map_or(still, |moved| moved.least(still));
         if near.scatter > ODD * self.noise {
             let starts = self.searched(seen, still.gain).into_iter();

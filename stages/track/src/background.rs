@@ -87,29 +87,38 @@ impl Background {
         let rows = rows.zip(is_known.par_chunks_exact_mut(width));
         let rows = rows.zip(is_always.par_chunks_exact_mut(width));
         let rows = rows.zip(is_steady.par_chunks_exact_mut(width));
+        // The most images that may show another colour where the object's was always seen, of so many.
+        let most_others = |seen: usize| seen - (ALWAYS * seen as f64).ceil() as usize;
         let each = |(row, (((rgb, known), always), steady)): Row<'_>| {
-            let mut seen: Vec<[u8; 3]> = Vec::with_capacity(pilots.len());
-            for column in 0..width {
-                seen.clear();
-                let mut coloured = 0;
-                for (image, [low, high]) in pilots.iter().copied() {
-                    let (x, y) = (column as f64, row as f64);
-                    let pixel = image.pixel(column, row);
-                    if !(low[0]..high[0]).contains(&x) || !(low[1]..high[1]).contains(&y) {
-                        seen.push(pixel);
-                        coloured += usize::from(is_coloured(pixel, image.grey));
-                    }
+            let (mut seen, mut others) = (vec![pilots.len(); width], vec![0; width]);
+            let row_of = |(image, [low, high]): &&Pilot| {
+                let mut bytes = image.rgb[3 * width * row..][..3 * width].to_vec();
+                let within = |at: f64| (at.ceil() as usize).min(width);
+                let is_hidden = (low[1]..high[1]).contains(&(row as f64));
+                let end = if is_hidden { within(high[0]) } else { 0 };
+                let hidden = within(low[0]).min(end)..end;
+                let pixels = bytes.as_chunks::<3>().0.iter().zip(&mut others);
+                for (column, (pixel, others)) in pixels.enumerate() {
+                    let may_be = *others <= most_others(pilots.len()) && !hidden.contains(&column);
+                    *others += usize::from(may_be && !is_coloured(*pixel, image.grey));
                 }
-                known[column] = seen.len() >= FEWEST_PILOTS.min(pilots.len() / 2);
-                always[column] = known[column] && coloured as f64 >= ALWAYS * seen.len() as f64;
-                let middle = seen.len() / 2;
-                for i in 0..3 {
-                    if !seen.is_empty() {
-                        let (_, median, _) = seen.select_nth_unstable_by_key(middle, |rgb| rgb[i]);
-                        rgb[3 * column + i] = median[i];
-                    }
+                seen[hidden.clone()].iter_mut().for_each(|seen| *seen -= 1);
+                bytes[3 * hidden.start..3 * hidden.end].fill(u8::MAX);
+                bytes
+            };
+            let mut rows: Vec<Vec<u8>> = pilots.iter().map(row_of).collect();
+            sort_each(&mut rows);
+            for (column, (seen, others)) in seen.into_iter().zip(others).enumerate() {
+                let at = |share: f32, part: usize| {
+                    let rank = (share * seen as f32) as usize;
+                    (rank < seen).then(|| rows[rank][3 * column + part])
+                };
+                known[column] = seen >= FEWEST_PILOTS.min(pilots.len() / 2);
+                always[column] = known[column] && others <= most_others(seen);
+                for (part, median) in rgb[3 * column..][..3].iter_mut().enumerate() {
+                    *median = at(0.5, part).unwrap_or_default();
                 }
-                steady[column] = is_steady_in(&mut seen);
+                steady[column] = are_near(at(0.25, 1), at(0.75, 1));
             }
         };
         rows.enumerate().for_each(each);
@@ -245,19 +254,28 @@ type Row<'a> = (
     ),
 );
 
-/// Whether most images show one brightness of a pixel, whatever a little light makes of it: an arm comes and goes.
-fn is_steady_in(seen: &mut [[u8; 3]]) -> bool {
+/// Whether most images show one brightness of a pixel, whatever a little light makes of it, by its quartiles: an arm comes and goes.
+fn are_near(low: Option<u8>, high: Option<u8>) -> bool {
     /// Distance of the quartiles at the most, of 255, and of the brightness.
     const MOST: f32 = 8.0;
     const MOST_SHARE: f32 = 0.2;
-    seen.sort_unstable_by_key(|rgb| rgb[1]);
-    let at = |share: f32| seen.get((share * seen.len() as f32) as usize);
-    match (at(0.25), at(0.75)) {
-        (Some(low), Some(high)) => {
-            let [low, high] = [low, high].map(|rgb| f32::from(rgb[1]));
-            high - low <= MOST + MOST_SHARE * low
+    low.zip(high).is_some_and(|(low, high)| {
+        let [low, high] = [low, high].map(f32::from);
+        high - low <= MOST + MOST_SHARE * low
+    })
+}
+
+/// Sorts the bytes at each place of some rows of one length: the least come to the first row. All places at once.
+fn sort_each(rows: &mut [Vec<u8>]) {
+    for end in (1..rows.len()).rev() {
+        for at in 0..end {
+            let [low, high] = &mut rows[at..at + 2] else {
+                continue;
+            };
+            for (low, high) in low.iter_mut().zip(high) {
+                (*low, *high) = ((*low).min(*high), (*low).max(*high));
+            }
         }
-        _ => false,
     }
 }
 

@@ -197,9 +197,11 @@ impl Map {
             return None;
         }
         let at = row * width + column;
-        let upper = self.values[at] * (1.0 - a) + self.values[at + 1] * a;
-        let lower = self.values[at + width] * (1.0 - a) + self.values[at + width + 1] * a;
-        Some(upper * (1.0 - b) + lower * b)
+        let between = |at: usize| {
+            let pair = &self.values[at..at + 2];
+            pair[0] * (1.0 - a) + pair[1] * a
+        };
+        Some(between(at) * (1.0 - b) + between(at + width) * b)
     }
 }
 

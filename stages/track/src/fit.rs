@@ -56,6 +56,8 @@ pub(crate) struct Fit<'a> {
     pub(crate) larger: f64,
     /// How much larger than the outline it is seen, what they let expect included, in px.
     pub(crate) seen_larger: f64,
+    /// How well that is known before it is seen: standard deviation in px.
+    pub(crate) size_known: f64,
     pub(crate) map: Map,
     /// Light of the object's middle.
     pub(crate) object: [f32; 3],
@@ -198,6 +200,7 @@ fn fit_blurred<'a>(scene: &Scene<'a>, start: Pose, blur: f64) -> Result<Fit<'a>,
                 outline,
                 larger: larger - scene.learned.larger[0],
                 seen_larger: larger,
+                size_known: scene.learned.larger[1],
                 map: seen.map,
                 object: seen.object,
                 table: seen.table,

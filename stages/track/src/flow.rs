@@ -52,6 +52,11 @@ impl Flow {
         ]
     }
 
+    /// Whether nothing moves.
+    pub(crate) fn is_still(&self) -> bool {
+        self.parts == [0.0; PARTS]
+    }
+
     /// How far a pixel is moved, in px.
     pub(crate) fn at(&self, pixel: [f64; 2]) -> [f64; 2] {
         let all = self.parts(pixel).into_iter().zip(self.parts);

@@ -104,8 +104,11 @@ impl HeightOff {
         let apart = [0, 1, 2].map(|i| object[i] - table[i]);
         let far = apart.iter().map(|part| part * part).sum::<f64>().sqrt();
         // Weights of ITU-R BT.601.
-        let brightness = Fit::of(images, stated, [0.299, 0.587, 0.114])?;
-        let colour = Fit::of(images, stated, apart.map(|part| part / far))?;
+        let (brightness, colour) = rayon::join(
+            || Fit::of(images, stated, [0.299, 0.587, 0.114]),
+            || Fit::of(images, stated, apart.map(|part| part / far)),
+        );
+        let (brightness, colour) = (brightness?, colour?);
         let between = 0.5 * (brightness.height - colour.height);
         let deviation = [brightness, colour].map(|fit| fit.deviation);
         let deviation = deviation[0].max(deviation[1]).hypot(between);

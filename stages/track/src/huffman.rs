@@ -3,7 +3,7 @@
 //! Source: ITU-T T.81, annex C and section F.2.2.
 
 /// Bits by which symbols are looked up; longer codes are rare.
-const LOOKED_UP: u32 = 11;
+const LOOKED_UP: u32 = 12;
 const ENTRIES: usize = 1 << LOOKED_UP;
 /// Longest code in bits.
 const LONGEST: usize = 16;

@@ -61,7 +61,8 @@ impl Image {
     #[inline]
     pub fn pixel(&self, column: usize, row: usize) -> [u8; 3] {
         let at = 3 * (row * self.width + column);
-        [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]]
+        let pixel = &self.rgb[at..at + 3];
+        [pixel[0], pixel[1], pixel[2]]
     }
 }
 

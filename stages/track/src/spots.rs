@@ -171,8 +171,12 @@ impl Spots {
     }
 
     /// How bright spots are, of what they were, and what they scatter by: medians, whatever some of them show.
-    fn brightness(&self, seen: &[(Spot, f32)], flow: &Flow) -> Option<(f32, f32)> {
+    pub(crate) fn brightness(&self, seen: &[(Spot, f32)], flow: &Flow) -> Option<(f32, f32)> {
+        let is_still = flow.is_still();
         let known = |spot: &Spot| {
+            if is_still {
+                return Some(spot.luma);
+            }
             let at = [spot.column as f64, spot.row as f64];
             let [dx, dy] = flow.at(at);
             self.luma_at((at[0] - dx) as f32, (at[1] - dy) as f32)
@@ -202,8 +206,17 @@ impl Spots {
         seen: &[(Spot, f32)],
         start: Flow,
     ) -> Option<Fitted> {
+        self.fitted_from::<N>(seen, start, self.brightness(seen, &start)?)
+    }
+
+    /// The same from a brightness on that is known, and what spots scatter by.
+    pub(crate) fn fitted_from<const N: usize>(
+        &self,
+        seen: &[(Spot, f32)],
+        start: Flow,
+        (gain, mut scale): (f32, f32),
+    ) -> Option<Fitted> {
         let mut flow = start;
-        let (gain, mut scale) = self.brightness(seen, &start)?;
         // Brightness, and how it grows to the right and down: a lens is darker at its border, wherever the table lies.
         let mut light = SVector::<f32, GAIN>::from([gain, 0.0, 0.0]);
         // The start may be off by much of a slope.
@@ -214,9 +227,11 @@ impl Spots {
             let mut normal = SMatrix::<f32, N, N>::zeros();
             let mut right = SVector::<f32, N>::zeros();
             let mut left = Vec::with_capacity(seen.len());
+            let is_still = flow.is_still();
             for (spot, value) in seen {
                 let at = [spot.column as f64, spot.row as f64];
-                let [dx, dy] = flow.at(at).map(|part| part as f32);
+                let far = if is_still { [0.0; 2] } else { flow.at(at) };
+                let [dx, dy] = far.map(|part| part as f32);
                 // Near to where it was, its slope tells; farther, it is looked up.
                 let (known, [sx, sy]) = if dx.abs().max(dy.abs()) < NEAR {
                     let [sx, sy] = spot.slope;
@@ -328,14 +343,16 @@ impl Fitted {
 
 /// The mean brightness of a pixel and those within two px of it, which noise and compression hardly move; it must lie two px from the border.
 fn luma(image: &Image, column: usize, row: usize) -> f32 {
-    let mut sum = 0u32;
-    for y in row - 2..=row + 2 {
-        for x in column - 2..=column + 2 {
-            let [r, g, b] = image.pixel(x, y).map(u32::from);
-            sum += r + 2 * g + b;
-        }
-    }
-    sum as f32 / 100.0
+    let rows = row - 2..=row + 2;
+    let rows = rows.map(|row| &image.rgb[3 * (row * image.width + column - 2)..][..3 * 5]);
+    rows.map(|row| row.as_chunks().0.iter().map(weighed).sum::<u32>())
+        .sum::<u32>() as f32
+        / 100.0
+}
+
+/// Four times a pixel's brightness.
+fn weighed([r, g, b]: &[u8; 3]) -> u32 {
+    u32::from(*r) + 2 * u32::from(*g) + u32::from(*b)
 }
 
 /// Whether a column or row lies in the middle of JPEG's blocks of 8 px: the edges between them stay where the table moves.
@@ -343,12 +360,20 @@ fn is_within_block(at: &usize) -> bool {
     matches!(at % 8, 3 | 4)
 }
 
+/// [`luma`] of all pixels; nothing within two px of the border.
 fn smoothed(image: &Image) -> Vec<f32> {
     let Image { width, height, .. } = *image;
     let mut values = vec![0.0; width * height];
+    let all: Vec<u32> = image.rgb.as_chunks().0.iter().map(weighed).collect();
+    let mut sums = vec![0; width];
     for row in 2..height.saturating_sub(2) {
-        for column in 2..width.saturating_sub(2) {
-            values[row * width + column] = luma(image, column, row);
+        for (column, sum) in sums.iter_mut().enumerate() {
+            let row_of = |row: usize| all[row * width + column];
+            *sum = (row - 2..=row + 2).map(row_of).sum();
+        }
+        let across = sums.windows(5).map(|five| five.iter().sum::<u32>());
+        for (value, sum) in values[row * width + 2..].iter_mut().zip(across) {
+            *value = sum as f32 / 100.0;
         }
     }
     values

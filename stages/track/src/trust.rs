@@ -89,8 +89,9 @@ const MOST_ALIKE: f64 = 0.35;
 /// The object is seen as large as it is to this share of its half width, or to this many px.
 const SIZE_SHARE: f64 = 0.08;
 const SIZE: f64 = 1.2;
-/// Where a part is hidden, an outline that lies elsewhere is one of another size.
+/// Where a part is hidden, an outline that lies elsewhere is one of another size: by so many px, and so many deviations of what the log tells.
 const SIZE_IN_PART: f64 = 0.4;
+const SURE_SIZE: f64 = 2.0;
 /// The inside's contrast lies within this range of its middle's: what is outside has another colour or is too dark.
 const INSIDE: std::ops::Range<f32> = 0.62..1.52;
 /// A pixel with less than this share of the object's light is dark.
@@ -176,13 +177,17 @@ pub(crate) fn judge(
         return judged(Some(inside.reason));
     }
     let outside = Outside::count(image, light, range, fit, &agrees);
-    if outside.is_much() || !is_sure {
+    // Where much of it is seen, and nothing speaks against it, a doubtful centre is a wide one.
+    let is_clear = is_known && outline >= LEAST_ALONE && against == 0.0;
+    let is_wide = is_clear && deviation < MOST_DEVIATION_WHOLE;
+    if outside.is_much() || !(is_sure || is_wide) {
         return judged(Some(outside.reason()));
     }
     let most_size = match (is_whole, is_known) {
         (true, true) => SIZE.max(SIZE_SHARE * half_width),
         (true, false) => 0.5 * SIZE.max(SIZE_SHARE * half_width),
-        (false, _) => SIZE_IN_PART,
+        (false, true) => SIZE_IN_PART.max(SURE_SIZE * fit.size_known),
+        (false, false) => SIZE_IN_PART,
     };
     if fit.larger.abs() > most_size {
         return judged(Some(if is_whole {

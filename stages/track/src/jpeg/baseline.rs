@@ -27,7 +27,7 @@ impl Blocks<'_> {
             let many = self.codes.many(bits.buffer);
             let next = passed + u32::from(many.passed);
             // Where a symbol in them may end the block by filling it, they are gone through one by one.
-            let fits = next < BLOCK || (END..END + BLOCK).contains(&next);
+            let fits = next & BLOCK == 0;
             if many.bits > 0 && fits {
                 bits.drop(many.bits.into());
                 passed = next;
@@ -45,32 +45,46 @@ impl Blocks<'_> {
 }
 
 pub(super) struct Means<'a> {
-    pub(super) codes: &'a Codes,
-    pub(super) step: i32,
-    /// The mean before, in those steps.
-    pub(super) mean: i32,
+    codes: &'a Codes,
+    /// The mean before, and the greatest, in quantisation steps.
+    mean: i32,
+    greatest: i32,
 }
 
-impl Means<'_> {
-    /// Reads the mean of a block.
-    #[inline]
-    pub(super) fn check(&mut self, bits: &mut Bits<'_>) -> Result<(), Damage> {
-        /// Most bits of a mean's difference, and the greatest mean of pixels from -128 to 127, in eighths (T.81, F.1.2.1 and A.3.3).
-        const LARGEST: u8 = 11;
+impl<'a> Means<'a> {
+    /// Means in so large steps.
+    pub(super) fn new(codes: &'a Codes, step: i32) -> Self {
+        /// The greatest mean of pixels from -128 to 127, in eighths (T.81, A.3.3), to a step.
         const BRIGHTEST: i32 = 8 * 128;
+        Self {
+            codes,
+            mean: 0,
+            greatest: BRIGHTEST
+                .checked_div(step)
+                .map_or(i32::MAX, |most| most + 1),
+        }
+    }
+
+    /// All begins anew.
+    pub(super) fn restart(&mut self) {
+        self.mean = 0;
+    }
+
+    /// Reads the mean of a block.
+    // Within the loop over blocks, the bits stay in registers.
+    #[inline(always)]
+    pub(super) fn check(&mut self, bits: &mut Bits<'_>) -> Result<(), Damage> {
+        /// Most bits of a mean's difference (T.81, F.1.2.1).
+        const LARGEST: u8 = 11;
         bits.fill()?;
         let (size, length) = self.codes.first(bits.buffer).ok_or(NO_CODE)?;
         if size > LARGEST {
             return Err(NO_CODE);
         }
         bits.drop(length);
-        if size > 0 {
-            let value = bits.take(size.into());
-            let is_negative = value < 1 << (size - 1);
-            self.mean += value - if is_negative { (1 << size) - 1 } else { 0 };
-            if self.mean.abs().saturating_mul(self.step) > BRIGHTEST + self.step {
-                return Err(TOO_BRIGHT);
-            }
+        self.mean += bits.take_signed(size.into());
+        if self.mean.abs() > self.greatest {
+            return Err(TOO_BRIGHT);
         }
         Ok(())
     }

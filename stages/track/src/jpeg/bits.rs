@@ -1,6 +1,6 @@
 //! The bits of a scan's entropy-coded data, and what can be wrong with them.
 
-/// Bytes behind the data, so that bits can be read four bytes at a time. Their ones are no code.
+/// Bytes behind the data, so that bits can be read eight bytes at a time. Their ones are no code.
 const MARGIN: usize = 16;
 
 /// Copies the entropy-coded bytes up to the next marker, without the zeros stuffed in behind 255, and a margin. Gives the marker's place.
@@ -27,26 +27,24 @@ pub(super) fn gather(data: &[u8], mut at: usize, bytes: &mut Vec<u8>) -> Option<
     Some(at)
 }
 
-/// Bits, taken from four bytes at a time.
+/// Bits, taken from eight bytes at a time.
 pub(super) struct Bits<'a> {
     bytes: &'a [u8],
     next: usize,
-    /// The next bits, left-aligned, and how many there are.
+    /// The next bits, left-aligned, and how many of them are counted; behind those are some of the bytes from `next` on.
     pub(super) buffer: u64,
     count: u32,
 }
 
 impl Bits<'_> {
-    /// At least 32 bits, or damage: no symbol and value have more.
+    /// At least 56 bits, or damage: no symbol and value have more than 32.
     #[inline]
     pub(super) fn fill(&mut self) -> Result<(), Damage> {
-        if self.count < 32 {
-            let four = self.bytes.get(self.next..self.next + 4).ok_or(CUT)?;
-            let four = u32::from_be_bytes([four[0], four[1], four[2], four[3]]);
-            self.buffer |= u64::from(four) << (32 - self.count);
-            self.next += 4;
-            self.count += 32;
-        }
+        let rest = self.bytes.get(self.next..).ok_or(CUT)?;
+        let eight = u64::from_be_bytes(*rest.first_chunk().ok_or(CUT)?);
+        self.buffer |= eight >> self.count;
+        self.next += ((63 - self.count) >> 3) as usize;
+        self.count |= 56;
         Ok(())
     }
 
@@ -54,6 +52,15 @@ impl Bits<'_> {
     pub(super) fn drop(&mut self, count: u32) {
         self.buffer <<= count;
         self.count -= count;
+    }
+
+    /// The next so many bits, of those that were filled, as a value of JPEG: 0 to 16. One that begins with 0 is below zero (T.81, F.2.2.1).
+    #[inline]
+    pub(super) fn take_signed(&mut self, count: u32) -> i32 {
+        let value = ((self.buffer >> 1) >> (u64::BITS - 1 - count)) as i32;
+        let below = 1 - (self.buffer >> (u64::BITS - 1)) as i32;
+        self.drop(count);
+        value - below * ((1 << count) - 1)
     }
 
     /// The next so many bits, of those that were filled, as a number: 1 to 16.

@@ -272,11 +272,8 @@ impl Header {
         };
         let means = |place: usize, table: u8, low: u8| -> Result<Means<'a>, Damage> {
             let step = self.steps.get(self.components[place].steps);
-            Ok(Means {
-                codes: self.table(0, table)?,
-                step: step.ok_or(HEADER)? << low,
-                mean: 0,
-            })
+            let step = step.ok_or(HEADER)? << low;
+            Ok(Means::new(self.table(0, table)?, step))
         };
         if !self.is_progressive {
             let blocks = |&(place, table, coefficients): &(usize, u8, u8)| -> Result<_, Damage> {

@@ -55,7 +55,7 @@ impl Pass<'_> {
         match self {
             Self::Means(components) => {
                 for (_, means) in components {
-                    means.mean = 0;
+                    means.restart();
                 }
                 Ok(())
             }

@@ -58,7 +58,7 @@ impl Scan<'_> {
                         .try_for_each(|blocks| blocks.check(bits))
                 })?;
                 for blocks in components {
-                    blocks.means.mean = 0;
+                    blocks.means.restart();
                 }
                 Ok(())
             }
