@@ -154,7 +154,7 @@ impl FirstVersion {
 
     /// Whether there are yet too few strikes to judge by.
     fn is_unjudged(&self) -> bool {
-        self.held_out < LEAST
+        self.held_out < LEAST || self.held_out == self.validation
     }
 
     /// Whether more strikes of the same kind may mend what it does not pass for: nobody need look yet.

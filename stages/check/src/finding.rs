@@ -224,6 +224,12 @@ pub enum Finding {
         #[serde(default)]
         origin: Option<(Point, f64)>,
     },
+    /// Objects leave as the arm moves, by its measured velocity, and both are turned by this (rad) against the command.
+    CommandFrame {
+        log: Option<String>,
+        strikes: usize,
+        by: f64,
+    },
     /// The command has one angle, and objects leave in many: a frame that turns with the arm.
     ConstantHeading {
         log: Option<String>,
@@ -485,6 +491,7 @@ impl Finding {
             Self::Mirrored { .. }
                 | Self::AxesSwapped { .. }
                 | Self::Turned { .. }
+                | Self::CommandFrame { .. }
                 | Self::InPart { .. }
                 | Self::Unrelated { .. }
                 | Self::Reach { .. }
@@ -513,6 +520,7 @@ impl Finding {
             Self::Mirrored { .. }
             | Self::AxesSwapped { .. }
             | Self::Turned { certain: true, .. }
+            | Self::CommandFrame { .. }
             | Self::ConstantHeading { .. }
             | Self::ConstantSpeed { .. }
             | Self::SessionSpeed { certain: true, .. }

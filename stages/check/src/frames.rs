@@ -6,7 +6,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::finding::{Finding, TURNED};
+use ingest::Meeting;
+use values::{Command, Point};
+
+use crate::finding::{Finding, LogRead, TURNED};
 use crate::pairs::Pair;
 use crate::statistics::{Line, at_most, line, median, middle, wrapped};
 
@@ -15,6 +18,8 @@ const FEWEST_OF_ONE: usize = 10;
 const FEWEST: usize = 6;
 /// Spread of commanded angles below which they are one, in rad (standard deviation).
 const ONE_ANGLE: f64 = 0.02;
+/// Difference of two turns, in rad, up to which they are one, and spread of the turns of one frame.
+const ONE_TURN: f64 = 0.1;
 /// Spread of commanded angles, in rad, above which they tell a gain.
 const MANY_ANGLES: f64 = 0.04;
 /// Spread of departure headings, in rad, at one commanded angle from which they follow something else: arms and round objects scatter by 0.06, boxes
@@ -225,6 +230,35 @@ fn constant_speed(pairs: &[Pair], log: Option<String>) -> Option<Finding> {
             spread: spread_of_launches,
         },
     )
+}
+
+/// By how much the arm's measured velocity is turned against its commands, in rad, where that is more than any arm errs by.
+pub fn beside_commands(logs: &[LogRead<'_>]) -> Option<f64> {
+    let met = logs.iter().flat_map(|log| &log.seen.meetings);
+    let turn = |m: &Meeting| wrapped(m.velocity.bearing() - m.command.angle);
+    let turns: Vec<f64> = met.filter(|m| m.velocity.norm() > 0.0).map(turn).collect();
+    let (by, spread) = middle(&turns)?;
+    (turns.len() >= FEWEST_OF_ONE && spread < ONE_TURN && by.abs() > TURNED).then_some(by)
+}
+
+/// Whether the arm's measured motion and the objects are turned alike, in rad.
+pub fn is_one_turn(moved: f64, left: f64) -> bool {
+    wrapped(moved - left).abs() < ONE_TURN
+}
+
+/// Commands of one angle, where the arm's measured motion (velocities of the tip, each with its command) goes in many directions. Boxes leave where
+/// their sides point, and do not show it.
+pub fn constant_heading(met: &[(Command, Point)], log: &str) -> Option<Finding> {
+    let angles: Vec<f64> = met.iter().map(|(command, _)| command.angle).collect();
+    let ways: Vec<f64> = met.iter().map(|(_, velocity)| velocity.bearing()).collect();
+    let ((angle, spread), (_, spread_of_ways)) = (middle(&angles)?, middle(&ways)?);
+    let is_one = met.len() >= FEWEST_OF_ONE && spread < ONE_ANGLE;
+    (is_one && spread_of_ways > MANY_HEADINGS).then(|| Finding::ConstantHeading {
+        log: Some(log.into()),
+        strikes: met.len(),
+        angle,
+        spread: spread_of_ways,
+    })
 }
 
 /// The launch speed over the commanded one, where both vary and are surely not related. An arm that delivers one speed whatever is

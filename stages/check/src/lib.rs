@@ -67,15 +67,27 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let is_logged = |log: &LogRead<'_>| !log.seen.is_by_state;
     let commanded = logs.iter().any(is_logged);
     let mut findings = frames::findings(&all, None, commanded);
+    let moved = frames::beside_commands(logs);
     for finding in &mut findings {
         if let Finding::Turned {
+            log,
+            strikes,
             by,
             mirrored: false,
             origin,
             ..
         } = finding
         {
-            *origin = places::Origins::of_turned(rig, logs, *by);
+            match moved.filter(|moved| frames::is_one_turn(*moved, *by)) {
+                Some(by) => {
+                    *finding = Finding::CommandFrame {
+                        log: log.take(),
+                        strikes: *strikes,
+                        by,
+                    }
+                }
+                None => *origin = places::Origins::of_turned(rig, logs, *by),
+            }
         }
     }
     let is_wrong = |finding: &Finding| finding.severity() == Severity::Meaningless;
@@ -111,6 +123,15 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     if !is_torn && !findings.iter().any(is_wrong) {
         let each = logs.iter().zip(&paired);
         findings.extend(each.filter_map(|(log, of)| strays::findings(&of.pairs, log.name)));
+    }
+    if !findings.iter().any(is_wrong) {
+        let of_log = |log: &LogRead<'_>| {
+            let met = log.seen.meetings.iter();
+            let met: Vec<_> = met.map(|m| (m.command, m.velocity)).collect();
+            frames::constant_heading(&met, log.name)
+        };
+        let logged = logs.iter().filter(|log| is_logged(log));
+        findings.extend(logged.filter_map(of_log));
     }
     // Angles that stand for speeds have no unit of theirs, and are rejected as such.
     let is_polar = findings

@@ -42,10 +42,12 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
     let touches: usize = touches.filter(|_| is_round).sum();
     let reach = rig.object.solid.reach() + rig.striker.radius;
     let misses = |by: Point| by.norm() > reach;
-    let line = |meetings: &[Meeting]| {
+    let line_of = |meetings: &[Meeting]| {
         let line = Similar::of(rig, meetings).filter(|line| line.spread < AGREE);
-        line.filter(|line| line.turn.abs() < TURNED)
+        // How boxes leave tells little of how frames are turned.
+        line.filter(|line| !is_round || line.turn.abs() < TURNED)
     };
+    let is_away = |line: &Similar| line.away.norm() > AWAY.max(SURE * line.error());
     let scaled = |line: &Similar, log: Option<&str>| {
         let [scale, error] = line.scale;
         let is_scaled = (scale - 1.0).abs() > SCALE.max(SURE * error);
@@ -59,21 +61,44 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
     if let Some(found) = Origins::scaled(rig, &meetings) {
         return vec![found];
     }
-    let all = line(&meetings);
+    let all = line_of(&meetings);
     if let Some(found) = all.as_ref().and_then(|line| scaled(line, None)) {
         return vec![found];
     }
     // One of several is not seen in all of them together.
     let of_logs = logs.iter().filter_map(|log| {
-        let line = line(&self::meetings(std::slice::from_ref(log)))?;
+        let line = line_of(&self::meetings(std::slice::from_ref(log)))?;
         scaled(&line, Some(log.name))
     });
     let mut findings: Vec<Finding> = of_logs.collect();
     if !findings.is_empty() {
         return findings;
     }
+    if !is_round && logs.len() > 1 {
+        let of_logs = logs.iter().filter_map(|log| {
+            let line = line_of(&self::meetings(std::slice::from_ref(log))).filter(is_away)?;
+            let others: Vec<Meeting> = logs
+                .iter()
+                .filter(|other| other.name != log.name)
+                .flat_map(|other| self::meetings(std::slice::from_ref(other)))
+                .collect();
+            let are_away = line_of(&others).is_some_and(|line| is_away(&line));
+            (!are_away).then(|| Finding::DisplacedApart {
+                log: log.name.into(),
+                strike: None,
+                by: line.away,
+                error: line.error(),
+                strikes: line.strikes,
+                misses: misses(line.away),
+            })
+        });
+        findings.extend(of_logs);
+        if !findings.is_empty() {
+            return findings;
+        }
+    }
     if let Some(line) = all
-        && line.away.norm() > AWAY.max(SURE * line.error())
+        && is_away(&line)
         && 2 * touches < line.strikes
     {
         let (by, turn) = match line.turn.abs() > TOLD_TURN.max(SURE * line.scale[1]) {
@@ -149,6 +174,16 @@ pub(crate) fn state_frame(logs: &[LogRead<'_>]) -> Option<Finding> {
     let strikes = turns.len();
     let beside = median(turns).filter(|beside| strikes >= FEWEST && *beside > BENDS)?;
     Some(Finding::StateFrame { beside, strikes })
+}
+
+/// Root mean square distance of places from their mean, in m; none of no places.
+fn spread(places: impl ExactSizeIterator<Item = Point> + Clone) -> Option<f64> {
+    let share = (places.len() > 0).then(|| 1.0 / places.len() as f64)?;
+    let mean = places
+        .clone()
+        .fold(Point::default(), |sum, place| sum + place * share);
+    let square: f64 = places.map(|place| place.distance(mean).powi(2)).sum();
+    Some((square * share).sqrt())
 }
 
 fn meetings(logs: &[LogRead<'_>]) -> Vec<Meeting> {
@@ -246,6 +281,8 @@ impl Origins {
     /// The finding that the camera has another scale, beside any radii, delay and displacement; none where these strikes do not tell.
     fn scaled(rig: &Rig, meetings: &[Meeting]) -> Option<Finding> {
         let reach = rig.object.solid.radius()? + rig.striker.radius;
+        // About one place tips lie around an object by the radii, which a scale would pass for.
+        spread(meetings.iter().map(|m| m.object)).filter(|spread| *spread > APART)?;
         let (fitted, strikes) = Self::without_astray(meetings, reach, None, true)?;
         let (excess, error) = (fitted.values[5], fitted.errors[5]);
         let is_told = excess.abs() > SCALE_BESIDE.max(SURE * error);

@@ -124,11 +124,13 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>]) -> Vec<Finding> {
         };
         let delay = encoder_to_camera(rig, std::slice::from_ref(&logs[log]));
         findings.extend(match (what, delay) {
-            (0, delay) => delay.map(|delay| Finding::EncoderDelay {
+            (0, Some(delay)) if delay.is_sure() => Some(Finding::EncoderDelay {
                 log: Some(logs[log].name.into()),
                 delay,
                 misleads: true,
             }),
+            // Touches that are early or late by no one time are elsewhere; where a box is, its places tell.
+            _ if of_logs[log][1].is_empty() => None,
             _ => {
                 let by = [1, 2].map(|i| {
                     let beside = |others| Some(own(log, i)? - others);

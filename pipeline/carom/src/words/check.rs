@@ -137,7 +137,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             spread,
         } => said(
             format!(
-                "{}{strikes} commands all point to {:.1}°, and the objects leave in directions that spread by {:.0}°",
+                "{}{strikes} commands all point to {:.1}°, and the objects, or the arm itself, go in directions that spread by {:.0}°",
                 of(log.as_deref()),
                 angle.to_degrees(),
                 spread.to_degrees()
@@ -443,6 +443,15 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 },
             )
         }
+        Finding::CommandFrame { log, strikes, by } => said(
+            format!(
+                "{}the arm moves {:.1}° beside its commands, by its measured velocity, and {strikes} objects leave as it moves",
+                of(log.as_deref()),
+                by.to_degrees()
+            ),
+            "the command is logged in another frame than the arm's state",
+            "log both in one frame; or state `[frames] command = \"tool\"`: then the measured motion stands for the commanded direction".into(),
+        ),
         Finding::StateFrame { beside, strikes } => said(
             format!(
                 "as {strikes} objects begin to move, the arm's measured velocity points {:.0}° beside the way that its measured place goes, in the middle",
