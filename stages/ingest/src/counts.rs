@@ -54,7 +54,7 @@ impl Counts {
             ),
             (
                 self.ways_back,
-                "commands slower than half of the slowest strike lead away from where the arm strikes: they are its ways back, and no strikes",
+                "commands slower than any strike lead away from where the arm strikes: they are its ways back, and no strikes",
             ),
             (
                 self.not_numbers as u64,

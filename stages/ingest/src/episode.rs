@@ -16,8 +16,6 @@ const IDLE: f64 = 0.05;
 const IDLE_MEASURED: f64 = 0.25;
 /// Time, in ns, without motion after which the arm is idle again: a single zero within a strike does not end it.
 pub(crate) const IDLE_TIME: i64 = 100_000_000;
-/// Share of the speed of the slowest strike below which a command strikes nothing.
-const SLOWER: f64 = 0.5;
 /// Time, in ns, without a command after which a strike ends, too.
 const SILENCE: i64 = 500_000_000;
 /// Greatest number of commands of a strike, idle ones within it included: an arm that never stops is not striking.
@@ -64,7 +62,7 @@ impl Episode {
 
     /// Whether the arm goes back: away from where it may strike, and slower than it strikes.
     pub(crate) fn is_way_back(&self, rig: &Rig) -> bool {
-        let is_slow = |command: &Sample| speed(command) < SLOWER * rig.robot.speed.low;
+        let is_slow = |command: &Sample| speed(command) < rig.robot.speed.low;
         !self.is_blip()
             && self.fault.is_none()
             && !self.is_towards_strikes(rig)

@@ -283,10 +283,7 @@ fn the_arms_slow_ways_back_are_no_strikes_and_none_is_rejected() {
     }
     let outcome = ingest_samples(&samples);
     assert_eq!(outcome.rejects, []);
-    noted(
-        &outcome,
-        "6 commands slower than half of the slowest strike",
-    );
+    noted(&outcome, "6 commands slower than any strike");
     assert_eq!(outcome.seen.commands.len(), 6);
     let tracks = |outcome: &LogOutcome| -> Vec<_> {
         let strikes = outcome.strikes.iter();
