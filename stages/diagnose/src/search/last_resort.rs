@@ -143,7 +143,7 @@ fn held_beside(selection: &Selection<'_>, candidate: &Candidate) -> Vec<&'static
 /// Whether a candidate may replace an effect: one of its kind; for a surface of any shape also patches and edges of friction or a lens, which it may
 /// have been taken for (beside a lens it would take what the lens's form leaves). A path that curls is taken for a slope and a grain together; a
 /// picture that is stretched, for an arm that errs by angle and a grain; one that is shifted beyond a line, for a constant error or one by place; friction at the
-/// beginning of each slide, for patches and fields, for what depends on speed, and for launches that do; a table that
+/// beginning of each slide, for patches and fields, for what depends on speed, and for restitution that does; a table that
 /// slopes otherwise in each session, for directions, friction and a slope.
 fn takes_place_of(candidate: &str, held: &str) -> bool {
     match (kind(candidate), kind(held)) {
@@ -164,12 +164,7 @@ fn takes_place_of(candidate: &str, held: &str) -> bool {
         ) => true,
         (
             Some(Family::FrictionBySlide),
-            Some(
-                Family::FrictionByPlace
-                | Family::FrictionBySpeed
-                | Family::RestitutionBySpeed
-                | Family::LaunchSpeed,
-            ),
+            Some(Family::FrictionByPlace | Family::FrictionBySpeed | Family::RestitutionBySpeed),
         ) => true,
         (
             Some(Family::ForceBySession),
