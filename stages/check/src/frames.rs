@@ -371,7 +371,7 @@ fn turned(
 
 #[cfg(test)]
 mod tests {
-    use values::Point;
+    use ingest::Seen;
 
     use super::*;
 
@@ -488,5 +488,60 @@ mod tests {
             matches!(unrelated[..], [Finding::Unrelated { .. }]),
             "{unrelated:?}"
         );
+    }
+
+    /// What forty strikes say of which the arm moves so far beside the command (rad), by its measured velocity.
+    fn moved(command: impl Fn(f64) -> f64, beside: f64) -> Seen {
+        let meetings = (0..40).map(|i| {
+            let way = -0.6 + 1.2 * (0.618_034 * f64::from(i)).fract();
+            Meeting {
+                tip: Point::default(),
+                velocity: Point::polar(0.7, way + beside),
+                moved: None,
+                object: Point::default(),
+                pushed: None,
+                earlier: 0.0,
+                at: f64::from(i),
+                command: Command::new(0.7, command(way)),
+                delay: None,
+                delivered: None,
+            }
+        });
+        Seen {
+            meetings: meetings.collect(),
+            ..Seen::default()
+        }
+    }
+
+    #[test]
+    fn the_arm_s_measured_motion_tells_of_commands_in_another_frame() {
+        let told = |seen: &Seen| {
+            beside_commands(&[LogRead {
+                name: "one.mcap",
+                seen,
+                kept: 40,
+                rejects: Vec::new(),
+            }])
+        };
+        // No arm errs by 30°; by 6° one may.
+        let by = told(&moved(|way| way, 0.52)).expect("a turn");
+        assert!(is_one_turn(by, 0.5) && !is_one_turn(by, 0.0));
+        assert_eq!(told(&moved(|way| way, 0.1)), None);
+        assert_eq!(told(&moved(|_| 0.0, 0.52)), None);
+
+        let of = |seen: &Seen| {
+            let met: Vec<_> = seen
+                .meetings
+                .iter()
+                .map(|m| (m.command, m.velocity))
+                .collect();
+            constant_heading(&met, "one.mcap")
+        };
+        let found = of(&moved(|_| 0.0, 0.0));
+        assert!(
+            matches!(&found, Some(Finding::ConstantHeading { log: Some(log), strikes: 40, .. }) if log == "one.mcap"),
+            "{found:?}"
+        );
+        assert_eq!(of(&moved(|way| way, 0.0)), None);
     }
 }

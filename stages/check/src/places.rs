@@ -674,6 +674,51 @@ mod tests {
     }
 
     #[test]
+    fn under_boxes_a_turned_frame_is_told_and_so_is_that_of_one_log() {
+        let rig = Rig::demo(Shape::Box);
+        let turned = |turn: f64| {
+            let mut seen = seen(1.0, Point::default(), 0.0);
+            for meeting in &mut seen.meetings {
+                meeting.object = meeting.object.rotated(turn);
+            }
+            seen
+        };
+        let found = findings(&rig, &[log(&turned(0.524))], None);
+        assert!(
+            matches!(found[..], [Finding::Displaced { turn, misses: true, .. }] if (turn - 0.524).abs() < 0.05),
+            "{found:?}"
+        );
+        for turn in [0.14, 0.524] {
+            let seen = [0.0, 0.0, turn].map(turned);
+            let logs = [0, 1, 2].map(|i| LogRead {
+                name: ["one.mcap", "two.mcap", "three.mcap"][i],
+                ..log(&seen[i])
+            });
+            assert_eq!(findings(&rig, &logs[..2], None), []);
+            let found = findings(&rig, &logs, None);
+            assert!(
+                matches!(&found[..], [Finding::DisplacedApart { log, strike: None, misses, .. }]
+                    if log == "three.mcap" && *misses == (turn > 0.5)),
+                "{found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn strikes_from_one_place_tell_no_scale() {
+        let mut seen = seen(1.0, Point::default(), 0.0);
+        for (i, meeting) in seen.meetings.iter_mut().enumerate() {
+            let at = Point::new(0.3, 0.001 * (7.1 * i as f64).sin());
+            // The tip's place is read with an error, too.
+            let error = Point::new((3.3 * i as f64).sin(), (4.7 * i as f64).sin()) * 0.002;
+            meeting.tip = meeting.tip + (at - meeting.object) + error;
+            meeting.object = at;
+        }
+        let found = findings(&Rig::demo(Shape::Cylinder), &[log(&seen)], None);
+        assert_eq!(found, []);
+    }
+
+    #[test]
     fn places_that_agree_are_not_doubted_and_others_are_known_by_what_they_are() {
         assert_eq!(found(1.0, Point::default()), []);
         for scale in [0.5, 0.8, 1.3] {
