@@ -145,8 +145,10 @@ fn an_arm_that_goes_back_while_the_object_slides_cuts_no_slide() {
         }
         let outcome = ingest_samples(&samples);
         kept(&outcome, &truths, 1e-9);
-        // The ways back are seen, and are no strikes.
-        assert_eq!(outcome.rejects.len(), truths.len());
+        // The ways back are seen, and are no strikes; those slower than any strike are not even rejected.
+        let is_slow = speed < crate::common::rig().robot.speed.low;
+        let rejected = if is_slow { 0 } else { truths.len() };
+        assert_eq!(outcome.rejects.len(), rejected);
         for reject in &outcome.rejects {
             let reason = reject.reason.name();
             assert!(
