@@ -176,9 +176,10 @@ impl FirstVersion {
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
         if self.is_unjudged() {
-            let more = (FOR_ONE * (LEAST - self.held_out)).max(ENOUGH.saturating_sub(self.strikes));
+            let more = (FOR_ONE * LEAST.saturating_sub(self.held_out).max(1))
+                .max(ENOUGH.saturating_sub(self.strikes));
             doubts.push(format!(
-                "{} of {} strikes are held out to judge by{}, and a first version is judged by {LEAST} at the least: record {more} more, at other \
+                "{} of {} strikes are held out to judge by{}, and a first version is judged by {LEAST} at the least, of which one or more took no part in anything: record {more} more, at other \
                  speeds, angles and places (one in five is held out; of {ENOUGH} strikes it is {LEAST} or more in 99 of 100 runs)",
                 self.held_out,
                 self.strikes,
