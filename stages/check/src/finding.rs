@@ -431,8 +431,13 @@ pub enum Finding {
     LostFrames { share: f64 },
     /// Objects are faster a while after they began to move than at first, by this factor in the middle.
     Gathering { times: f64, strikes: usize },
-    /// Objects begin to move little by little, as through a filter of this time constant.
-    Swelling { seconds: f64, strikes: usize },
+    /// Objects begin to move little by little, as through a filter of this time constant; whether they are faster a while later, as no table makes
+    /// them.
+    Swelling {
+        seconds: f64,
+        gains_speed: bool,
+        strikes: usize,
+    },
     /// Objects of a log leave turned against those of the others.
     SessionTurned {
         log: String,
@@ -557,7 +562,11 @@ impl Finding {
                 ..
             } if rejected == seen => Severity::Meaningless,
             Self::StateFrame { .. } | Self::Displaced { misses: true, .. } => Severity::Meaningless,
-            Self::Swelling { seconds, .. } if *seconds > SMEARED => Severity::Meaningless,
+            Self::Swelling {
+                seconds,
+                gains_speed: true,
+                ..
+            } if *seconds > SMEARED => Severity::Meaningless,
             Self::Gathering { times, .. } if *times > PUSHED => Severity::Meaningless,
             Self::Scaled { scale, .. } if (scale - 1.0).abs() > SCALED => Severity::Meaningless,
             Self::TurnedWithin { by, .. } if by.abs() > TURNED => Severity::Meaningless,

@@ -479,21 +479,31 @@ fn gathering(logs: &[LogRead<'_>]) -> Option<Finding> {
     Some(Finding::Gathering { times, strikes })
 }
 
-/// The finding that objects begin to move little by little: they are tracked through a filter, or pushed for a while.
+/// The finding that objects begin to move little by little: they are tracked through a filter, or pushed for a while. Then they gain speed; an object
+/// that brakes less at first than later looks the same in its way, but loses speed from the start.
 fn swelling(logs: &[LogRead<'_>]) -> Option<Finding> {
     /// Variance in standard errors, and time (s) from which it is told, of as many strikes: a contact of 10 ms makes 2 ms, and an exposure of 33 ms
     /// makes 10.
     const ERRORS: f64 = 4.0;
     const TOLD: f64 = 0.012;
     const FEWEST: usize = 10;
-    let all = || logs.iter().flat_map(|log| log.seen.smeared.iter().copied());
-    let strikes = all().count();
-    let smeared = median(all())?;
-    let spread = 1.4826 * median(all().map(|one| (one - smeared).abs()))?;
-    let error = 1.2533 * spread / (strikes as f64).sqrt();
+    let of_all = |values: &dyn Fn(&LogRead<'_>) -> Vec<f64>| {
+        let all: Vec<f64> = logs.iter().flat_map(values).collect();
+        let middle = median(all.iter().copied())?;
+        let spread = 1.4826 * median(all.iter().map(|one| (one - middle).abs()))?;
+        let error = 1.2533 * spread / (all.len() as f64).sqrt();
+        Some((all.len(), middle, error))
+    };
+    let (strikes, smeared, error) = of_all(&|log| log.seen.smeared.clone())?;
     let seconds = (2.0 * smeared.max(0.0)).sqrt();
     let is_told = strikes >= FEWEST && seconds > TOLD && smeared > ERRORS * error;
-    is_told.then_some(Finding::Swelling { seconds, strikes })
+    let risen = of_all(&|log| log.seen.risen.clone());
+    let gains_speed = risen.is_some_and(|(_, times, error)| times - error > 1.0);
+    is_told.then_some(Finding::Swelling {
+        seconds,
+        gains_speed,
+        strikes,
+    })
 }
 
 /// Whether the stated object may be made of anything: a size or a mass in another unit.

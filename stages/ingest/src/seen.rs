@@ -58,6 +58,9 @@ pub struct Seen {
     /// Half the variance, in s², of the times over which an object's places seem to be smeared as it begins to move, one a strike.
     #[serde(default)]
     pub smeared: Vec<f64>,
+    /// Ratio of an object's speed half a tenth of a second after it began to move to that between its first frames, one a strike.
+    #[serde(default)]
+    pub risen: Vec<f64>,
     /// Slides that no strike began.
     #[serde(default)]
     pub slides: Vec<Strike>,
@@ -132,6 +135,11 @@ const LAUNCH_FRAMES: usize = 4;
 const LET_GO: f64 = 0.012;
 const LATER: f64 = 0.07;
 const LATER_TIME: f64 = 0.025;
+/// Time between the frames that show the first speed at the least, and times, in s, after an object began to move, of a later one: a filter of 15 ms
+/// and more has then all but caught up.
+const AT_FIRST: f64 = 0.01;
+const RISEN: f64 = 0.045;
+const RISEN_TIME: f64 = 0.03;
 
 /// Times, in s, after an object began to move between which it surely slides, and the end of its way, in m, in which it may come to rest.
 const SLIDES: std::ops::Range<f64> = 0.07..0.28;
@@ -152,6 +160,13 @@ fn speed_of(track: &Track, from: f64, time: f64) -> Option<(f64, [f64; 2])> {
 pub(crate) fn gathered(track: &Track) -> Option<f64> {
     let speed = |from: f64, time: f64| speed_of(track, from, time).map(|(speed, _)| speed);
     let ratio = speed(LATER, LATER_TIME)? / speed(LET_GO, LET_GO)?;
+    ratio.is_finite().then_some(ratio)
+}
+
+/// Ratio of the object's speed when a filter has caught up to its speed between its first frames. None for a track of few frames.
+pub(crate) fn risen(track: &Track) -> Option<f64> {
+    let speed = |from: f64, time: f64| speed_of(track, from, time).map(|(speed, _)| speed);
+    let ratio = speed(RISEN, RISEN_TIME)? / speed(0.0, AT_FIRST)?;
     ratio.is_finite().then_some(ratio)
 }
 

@@ -22,7 +22,7 @@ use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::pushes::Pushes;
 use crate::rejection::Rejection;
-use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered, smeared};
+use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered, risen, smeared};
 use crate::slide::{self, Frames};
 use crate::touched::{self, TouchedFlight, TouchedStrike};
 use crate::yaw::YawSample;
@@ -772,6 +772,7 @@ impl<'a> Segmenter<'a> {
         let shown = &mut self.found.seen;
         shown.bounces.extend(slide.grazed);
         shown.gathered.extend(gathered(&slide.track));
+        shown.risen.extend(risen(&slide.track));
         shown
             .smeared
             .extend(smeared(&slide.track, slide.initial, slide.gap));

@@ -768,13 +768,29 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "the tracker smooths its places (a filter or a mean over frames), or the tip goes on pushing and lets go late",
             "log places as they are measured, without a filter; have the tip hold its speed until it has struck, and then brake".into(),
         ),
-        Finding::Swelling { seconds, strikes } => said(
+        Finding::Swelling {
+            seconds,
+            gains_speed,
+            strikes,
+        } => said(
             format!(
                 "objects begin to move little by little, as a sudden start looks through a filter of {:.0} ms, in the middle of {strikes} strikes",
                 seconds * 1e3
             ),
-            "the tracker filters its places, which then follow the object late (an exponential mean, a Kalman filter), or its exposure is long, or the tip pushes the object for a while",
-            "log places as they are measured, without a filter".into(),
+            match gains_speed {
+                true => {
+                    "the tracker filters its places, which then follow the object late (an exponential mean, a Kalman filter), or its exposure is long, or the tip pushes the object for a while"
+                }
+                false => {
+                    "the tracker filters its places (an exponential mean, a Kalman filter), or objects brake less right after they are struck than later, or the lens distorts"
+                }
+            },
+            match gains_speed {
+                true => "log places as they are measured, without a filter".into(),
+                false => {
+                    "log places as they are measured, without a filter; if they are, let the diagnosis say what brakes".into()
+                }
+            },
         ),
         Finding::SessionTurned {
             log,
