@@ -47,6 +47,7 @@ impl Pair {
                 start: met.at,
                 from: met.object,
                 velocity: Point::polar(speed, angle),
+                at_first: speed,
             },
             lag: value,
         }
@@ -91,6 +92,7 @@ impl Pair {
                 start: rise + lag,
                 from: values::Point::new(0.3, 0.0),
                 velocity,
+                at_first: velocity.norm(),
             },
             lag,
         }

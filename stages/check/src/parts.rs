@@ -30,6 +30,8 @@ const COMMON: usize = 3;
 const BETTER: f64 = 6.0;
 /// Speed below which a motion is slower than any strike, and not the command's, in m/s.
 const SLOWEST: f64 = 0.02;
+/// Part of a step of speeds that must be there as objects begin to move.
+const LAUNCHED: f64 = 0.5;
 /// Least number of strikes for each term of a fit.
 const FOR_A_TERM: usize = 4;
 
@@ -55,7 +57,17 @@ pub(crate) fn findings(log: &str, pairs: &[Pair], is_logged: bool) -> Vec<Findin
         by: step.by,
         error: step.error,
     });
-    let faster = step(&pairs, &speeds, MOVED).map(|step| Finding::SpeedWithin {
+    // What brakes them changes the speeds of a tenth of a second, too: a table that was wiped is no other set-up.
+    let at_first: Vec<f64> = pairs
+        .iter()
+        .map(|pair| (pair.motion.at_first / pair.command.speed).ln())
+        .collect();
+    let is_launched = |step: &Step| {
+        let by = by_from(&pairs, &at_first, step.at);
+        by.is_none_or(|by| by * step.by.signum() > LAUNCHED * step.by.abs())
+    };
+    let faster = step(&pairs, &speeds, MOVED).filter(is_launched);
+    let faster = faster.map(|step| Finding::SpeedWithin {
         log: log.into(),
         strike: step.at + 1,
         times: step.by.exp(),
@@ -306,6 +318,31 @@ mod tests {
             })
             .collect();
         findings("one.mcap", &pairs, true)
+    }
+
+    #[test]
+    fn a_table_that_brakes_less_from_some_strike_on_is_no_other_set_up() {
+        let pairs = |launches_too: bool| -> Vec<Pair> {
+            let of = |i: usize| {
+                let part = |k: f64| (k * i as f64).fract();
+                let (speed, angle) = (0.4 + 0.6 * part(0.414), -0.7 + 1.4 * part(0.618));
+                let launched = 1.3 * speed * (1.0 + 0.05 * (3.3 * i as f64).sin());
+                let times = if i < 20 { 0.8 } else { 1.0 };
+                let mut pair = Pair::made(i, [speed, angle], Point::polar(launched, angle), 0.2);
+                pair.motion.velocity = pair.motion.velocity * times;
+                if launches_too {
+                    pair.motion.at_first *= times;
+                }
+                pair
+            };
+            (0..40).map(of).collect()
+        };
+        let is_found = |launches_too| {
+            let found = findings("one.mcap", &pairs(launches_too), true);
+            let mut found = found.iter();
+            found.any(|one| matches!(one, Finding::SpeedWithin { .. }))
+        };
+        assert!(is_found(true) && !is_found(false));
     }
 
     #[test]

@@ -98,7 +98,13 @@ impl Case<'_, '_> {
         notes.extend(judged.note.clone());
         let noise = self.noise();
         notes.extend(notes::noise(&noise, &self.selection.fitted, verdict));
-        notes.extend(notes::wander(&judged.gap));
+        // What no prediction knows is said with the verdict: it is no scatter of repeats, and a model that is right misses by it.
+        let left = match verdict {
+            Verdict::Named => notes::not_all(&judged.gap),
+            _ => None,
+        };
+        let beside = left.into_iter().chain(notes::variation(&judged.gap));
+        let beside: String = beside.map(|beside| format!("; {beside}")).collect();
         match verdict {
             Verdict::Named => notes.extend(self.at_ends()),
             Verdict::Unexplained => notes.push(notes::VALUES_HOLD_THE_GAP.into()),
@@ -118,7 +124,8 @@ impl Case<'_, '_> {
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
-                summary: words::summary(verdict, &named, self.p_value, judged.cause.as_deref()),
+                summary: words::summary(verdict, &named, self.p_value, judged.cause.as_deref())
+                    + &beside,
                 verdict,
                 cause: judged.cause,
                 p_value: self.p_value.drawn,

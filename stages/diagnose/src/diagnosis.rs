@@ -200,6 +200,18 @@ pub struct Gap {
 }
 
 impl Gap {
+    /// Whether a motion of stops is more than repeats scatter by.
+    pub(crate) fn is_beyond_repeats(&self, by: f64) -> bool {
+        by > self.noise_floor
+    }
+
+    /// Whether stops change over the order of strikes, or between sessions, by more than repeats scatter.
+    pub fn varies(&self) -> bool {
+        self.is_beyond_repeats(self.wander.max(self.sessions))
+    }
+}
+
+impl Gap {
     /// The change with half of its 95 % interval, such as `-86 ± 12 %` or `+1.5 ± 8.0 %`.
     pub fn change_in_words(&self) -> String {
         /// Per cent from which a change is written without decimals.

@@ -34,7 +34,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 64;
+    const VERSION: u32 = 65;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -51,17 +51,30 @@ impl Stage for Diagnose {
             None => self.diagnose(input, None, progress)?,
         };
         let diagnosis = &mut found.diagnosis;
-        if diagnosis.verdict == Verdict::Consistent
-            && contradicts_its_strikes(&diagnosis.gap, &found.residuals)
-        {
-            let cause = notes::WORLD_OF_OTHER_STRIKES;
+        let gap = &diagnosis.gap;
+        let cause = match diagnosis.verdict {
+            Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
+                Some(notes::WORLD_OF_OTHER_STRIKES.into())
+            }
+            Verdict::Consistent
+                if f64::max(gap.wander, gap.sessions) > CHANGES * gap.noise_floor =>
+            {
+                notes::variation(gap)
+            }
+            _ => None,
+        };
+        if let Some(cause) = cause {
             diagnosis.verdict = Verdict::Unexplained;
-            diagnosis.summary = words::unexplained(Some(cause));
-            diagnosis.cause = Some(cause.into());
+            diagnosis.summary = words::unexplained(Some(&cause));
+            diagnosis.cause = Some(cause);
         }
         Ok(found)
     }
 }
+
+/// Wander of stops over the order of strikes, or their difference between sessions, in units of what repeats scatter by, from which on something is
+/// missing that changes: tables and arms wander by less.
+const CHANGES: f64 = 3.0;
 
 /// Misses of the identified world, in units of the strikes' scatter, from which on it is not the world of these strikes, though a world fitted to
 /// them alone leaves no gap: chance stays below it where as many judge.

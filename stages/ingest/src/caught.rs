@@ -13,6 +13,8 @@ use crate::slide::stood;
 /// The last part of a track, with the frames at rest, in s, and the fewest frames of it.
 const LAST: f64 = 0.3;
 const FEWEST: usize = 6;
+/// The fewest frames of it in which the object moves: one alone is met by any braking.
+const MOVING: usize = 3;
 /// The moment of the stop is looked for in these steps, up to this long after the last frame, in s.
 const STEP: f64 = 0.004;
 const LATER: f64 = 0.05;
@@ -75,11 +77,12 @@ impl Braking {
                     .max(0.0)
                     .powi(2)
             };
+            let moving = frames.iter().filter(|(t, _)| way(*t) > 0.0).count();
             let squares: f64 = frames.iter().map(|(t, _)| way(*t).powi(2)).sum();
             let by = frames.iter().map(|(t, d)| way(*t) * d).sum::<f64>() / squares;
             let left = |(t, d): &(f64, f64)| (d - by * way(*t)).powi(2);
             let left: f64 = frames.iter().map(left).sum();
-            by.is_finite().then_some((left, by, squares))
+            (by.is_finite() && moving >= MOVING).then_some((left, by, squares))
         });
         let (left, by, squares) = fits.min_by(|one, other| one.0.total_cmp(&other.0))?;
         let square = left / (frames.len() - 2) as f64;

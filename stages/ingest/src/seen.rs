@@ -91,6 +91,9 @@ pub struct MotionSeen {
     pub from: Point,
     /// Its velocity in the first tenth of a second, in m/s.
     pub velocity: Point,
+    /// Its speed as it began to move, in m/s: what brakes it changes it less than it does `velocity`, and noise more.
+    #[serde(default)]
+    pub at_first: f64,
 }
 
 impl CommandSeen {
@@ -279,6 +282,7 @@ impl Watch {
                         start: seconds(frames[0].0),
                         from: place,
                         velocity: velocity(&frames),
+                        at_first: speed_at_first(&frames),
                     });
                     State::Moves
                 } else {
@@ -352,6 +356,17 @@ fn velocity(frames: &[(i64, Point)]) -> Point {
         return middle;
     }
     line_velocity(&near)
+}
+
+/// The speed at the first of a launch's frames, in m/s, by the parabola that they follow.
+fn speed_at_first(frames: &[(i64, Point)]) -> f64 {
+    let mut track = Track::default();
+    for (stamp, point) in frames {
+        track.t.push(since(frames[0].0, *stamp));
+        track.x.push(point.x);
+        track.y.push(point.y);
+    }
+    Parabola::through(&track).velocity.norm()
 }
 
 fn line_velocity(frames: &[(i64, Point)]) -> Point {

@@ -839,14 +839,17 @@ fn motion(found: &TouchedStrike) -> MotionSeen {
         start: seconds(found.first),
         from: found.initial,
         velocity: found.launch,
+        at_first: found.launch.norm(),
     }
 }
 
 /// What was added to the velocity of an object that moved before.
 fn pushed(begun: Break) -> Option<MotionSeen> {
+    let velocity = begun.bounce.after - begun.bounce.before;
     (!begun.is_from_rest).then(|| MotionSeen {
         start: seconds(begun.stamp),
         from: begun.bounce.place,
-        velocity: begun.bounce.after - begun.bounce.before,
+        velocity,
+        at_first: velocity.norm(),
     })
 }

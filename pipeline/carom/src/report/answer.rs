@@ -45,6 +45,7 @@ fn missing(shown: &ReportInput<'_>) -> Markup {
     html! {
         p.said {
             @match diagnosis.verdict {
+                Verdict::Consistent if diagnosis.gap.varies() => { "Nothing by command or place; but stops change over the order of strikes." },
                 Verdict::Consistent => { "Nothing that these strikes show." },
                 Verdict::Unexplained => { "Something that no effect of the library explains." },
                 Verdict::Named => {
@@ -72,6 +73,7 @@ fn how_sure(shown: &ReportInput<'_>) -> Markup {
         p.said { (verdict(diagnosis.verdict)) }
         p {
             @match diagnosis.verdict {
+                Verdict::Consistent if diagnosis.gap.varies() => { "Stops are off by their scatter, and by what changes over the order of strikes. Tracks that differ as much from the world's come " },
                 Verdict::Consistent => { "Stops are off by no more than their scatter. Tracks that differ as much from the world's come " },
                 Verdict::Unexplained | Verdict::Named => { "A gap like this comes " },
             }

@@ -86,7 +86,7 @@ pub fn measured(measured: &Measured) -> String {
     line(
         "speeds",
         measured.speed_ratio.map(|ratio| {
-            format!("objects leave at {ratio:.2} times the commanded speed; a scale that is wrong by less than a half is not told from restitution")
+            format!("in their first 0.1 s objects move at {ratio:.2} times the commanded speed; a scale that is wrong by less than a half is not told from restitution")
         }),
     );
     line(

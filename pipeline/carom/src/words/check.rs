@@ -337,7 +337,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     if *behind < 0.0 { "before" } else { "after" }
                 ),
                 &format!("the clock of {state} is another than that of the commands and the camera"),
-                "stamp the state by the commands' clock, and record anew: no key of the rig file is for it (`camera_delay` moves the camera, which is right)".into(),
+                "stamp the state by the commands' clock, and record anew; or let it be, by another name under [topics.state]: the state is read where it is there, and needed by nothing (`camera_delay` moves the camera, which is right)".into(),
             )
         }
         Finding::Delivers {

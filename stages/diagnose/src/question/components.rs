@@ -48,6 +48,8 @@ pub(super) struct Measured {
     pub(super) errors: DVector<f64>,
     /// Length of each slide, in m: a column times it is a motion of the stop.
     pub(super) slides: DVector<f64>,
+    /// Whether it was found to depend on the order of strikes, in whatever form.
+    pub(super) is_ordered: bool,
 }
 
 /// A strike is left out whose standard error is this many times the typical one, and at least this part of the strikes' scatter: little was seen of a
@@ -80,6 +82,7 @@ pub(super) fn components(
             raw: of(&column.raw),
             errors: of(&column.errors),
             slides: of(&column.slides),
+            is_ordered: column.is_ordered,
         },
         &of_each(covariates),
         &of_each(by_order),
@@ -101,6 +104,7 @@ fn of_seen(
         raw,
         errors,
         slides,
+        is_ordered,
     } = column;
     let n = clipped.len();
     let order = DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64);
@@ -175,9 +179,9 @@ fn of_seen(
     let most = (FAR * FAR * sigma).sqrt();
     let left = (&raw - smooth).map(|v| v.clamp(-most, most));
     let sigma = left.norm_squared() / freedom;
-    // What depends on the order has seldom quite the form that was found, and a great wander goes on between the cosines: neighbours differ by
-    // less of it.
-    let is_ordered = !by_order.is_empty() || wandered.norm_squared() > n as f64 * sigma;
+    // What depends on the order has seldom quite the form that was found, and a wander goes on between the cosines, in leaps at that where something
+    // has two states: neighbours differ by less of it.
+    let is_ordered = *is_ordered || wandered.norm_squared() > n as f64 * sigma;
     let sigma = match is_ordered {
         true => sigma.min(neighbours(&left) * n as f64 / freedom),
         false => sigma,
@@ -325,6 +329,7 @@ mod tests {
             errors: DVector::zeros(values.len()),
             raw: values,
             slides,
+            is_ordered: false,
         }
     }
 

@@ -383,22 +383,21 @@ impl Asking {
         // How far an object slides depends on the order as its launch and its friction do.
         let of = |column| {
             let is_of = |other: &Column| (column == Column::Heading) == (*other == Column::Heading);
-            let found = by_order.iter().filter(|(of, _)| is_of(of));
-            let functions: Vec<DVector<f64>> = found
-                .flat_map(|(_, functions)| functions)
-                .cloned()
-                .collect();
-            self.components(column, &functions)
+            let found: Vec<_> = by_order.iter().filter(|(of, _)| is_of(of)).collect();
+            let functions = found.iter().flat_map(|(_, functions)| functions).cloned();
+            self.components(column, &functions.collect::<Vec<_>>(), !found.is_empty())
         };
         let (stop, heading) = (of(Column::Stop), of(Column::Heading));
         let of = |part: fn(&Components) -> f64| part(&stop).hypot(part(&heading));
         // A start and a stop are seen, each in two coordinates.
         let seen = 2.0 * self.resting;
+        // Few sessions leave their standard deviation open: nothing varies by more than all stops do.
+        let total = self.total();
         Variation {
             repeats: of(|c| c.repeats.0).hypot(seen),
             repeats_at_most: of(|c| c.repeats.2).hypot(seen),
-            wander: of(|c| c.wander),
-            sessions: of(|c| c.sessions),
+            wander: of(|c| c.wander).min(total),
+            sessions: of(|c| c.sessions).min(total),
         }
     }
 
@@ -563,7 +562,7 @@ impl Asking {
         }
     }
 
-    fn components(&self, of: Column, by_order: &[DVector<f64>]) -> Components {
+    fn components(&self, of: Column, by_order: &[DVector<f64>], is_ordered: bool) -> Components {
         let column = self.weighed(of, true);
         let (raw, errors) = column_of(&self.rows, of);
         let slides = self.rows.iter().map(|row| row.slide);
@@ -572,6 +571,7 @@ impl Asking {
             raw,
             errors,
             slides: DVector::from_iterator(self.rows.len(), slides),
+            is_ordered,
         };
         components::components(
             &measured,
@@ -941,6 +941,21 @@ mod tests {
             assert!(contradicts(asked(), sessions));
             assert!(!contradicts(asked(), EffectsByOrder { drift, ..sessions }));
         }
+    }
+
+    #[test]
+    fn a_launch_angle_that_drifts_contradicts_angles_by_session() {
+        let sessions = EffectsByOrder {
+            by_session: true,
+            drift: false,
+        };
+        for form in [Form::Drift, Form::Wear] {
+            assert!(contradicts(by_order(Column::Heading, 0.01, form), sessions));
+        }
+        assert!(!contradicts(
+            by_order(Column::Heading, 0.01, Form::Sessions),
+            sessions
+        ));
     }
 
     #[test]

@@ -88,11 +88,13 @@ impl Form {
         }
     }
 
-    /// Whether no effect of the library by the order or by session makes a column of this form: none makes launch speeds differ between sessions.
+    /// Whether no effect of the library by the order or by session makes a column of this form: none makes launch speeds differ between sessions, or
+    /// launch angles change little by little.
     pub(crate) fn has_no_name(self, of: Column) -> bool {
         match self {
             Self::Cycle | Self::WearInSessions | Self::WearsOff | Self::MadeNew => true,
             Self::Sessions => of == Column::Launch,
+            Self::Drift | Self::Wear | Self::Ramp => of == Column::Heading,
             _ => false,
         }
     }
