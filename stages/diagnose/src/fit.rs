@@ -126,12 +126,7 @@ impl Fitted {
     /// Whether the fit stays far below the likelihood that it is compared with, even with the gain that the next step promises.
     fn is_hopeless(&self, goal: Goal) -> bool {
         let there = self.likelihood() + self.promise() + HOPELESS;
-        matches!(goal, Goal::Compared { with, .. } if there < with)
-    }
-
-    /// Whether the fit stands below the likelihood of the model that it is to better.
-    fn is_below(&self, goal: Goal) -> bool {
-        matches!(goal, Goal::Compared { least, .. } if self.likelihood() < least)
+        matches!(goal, Goal::Compared { with } if there < with)
     }
 
     /// Whether a step gained what it had promised.
@@ -366,7 +361,6 @@ impl PreparedStrikes<'_> {
                     };
                     (best, is_fresh) = (anew, true);
                 }
-                None if best.is_below(goal) => break,
                 // The columns mislead so far away: nearer, and the scatter with it.
                 None => {
                     damping = f64::max(1.0, damping * DAMPING.1);
@@ -388,15 +382,14 @@ pub(crate) enum Goal {
     /// Until no value moves by more than a small share of its standard error.
     Settled,
     /// Until the likelihood is known well enough to be compared with `with`, or is plainly far below it. Derivatives are taken anew only where the
-    /// gain of a step differs from what they promised. A fit that stands below `least` and whose own derivatives mislead it is given up.
-    Compared { with: f64, least: f64 },
+    /// gain of a step differs from what they promised.
+    Compared { with: f64 },
 }
 
 impl Goal {
     /// The likelihood is wanted however low it is: no fit is given up.
     pub(crate) const LIKELIHOOD: Self = Self::Compared {
         with: f64::NEG_INFINITY,
-        least: f64::NEG_INFINITY,
     };
 }
 
@@ -486,7 +479,7 @@ fn held(
 ) -> Option<Estimated> {
     let mut prior = prior(model);
     if damping > 0.0 {
-        let free = mixed::estimate_within(products, &prior, components, 1)?;
+        let free = mixed::estimate(products, &prior, components)?;
         for i in 0..model.free.len() {
             prior.precision[i] += damping * free.information[(i, i)];
             prior.away[i] *= prior.precision[i].recip() * model.free[i].width.powi(-2);

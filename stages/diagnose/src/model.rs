@@ -226,20 +226,6 @@ impl Model {
         model
     }
 
-    /// This model of one part more at the values of a model without it, that part's strengths at a share of what they are here.
-    pub(crate) fn nearer(&self, without: &Self, share: f64) -> Self {
-        let mut model = self.clone();
-        let own = without.values.len();
-        model.values[..own].copy_from_slice(&without.values);
-        for (free, value) in self.free.iter().zip(&mut model.values).skip(own) {
-            if let (true, Some((part, name))) = (free.is_strength, &free.of) {
-                let neutral = specification(self.parts[*part].name, name).neutral;
-                *value = neutral + share * (*value - neutral);
-            }
-        }
-        model
-    }
-
     /// The parts with the free parameters at these values.
     pub(crate) fn fitted_parts(&self, values: &[f64]) -> Vec<Part> {
         let mut parts = self.parts.clone();

@@ -70,29 +70,8 @@ impl VarianceComponents {
 
     fn set_resting(&mut self, noise: FrameNoise) {
         self.resting = noise::resting(noise);
-        self.rest();
-    }
-
-    /// Sets the scatter of resting places to that which the camera's noise makes.
-    pub(super) fn rest(&mut self) {
         let rest = self.camera * self.resting;
         (self.nuisance[3], self.nuisance[4]) = (rest, rest);
-    }
-
-    /// Logarithms of the estimated standard deviations: speed, angle, friction, camera.
-    pub(super) fn logarithms(&self) -> [f64; 4] {
-        let [speed, angle, friction] = ESTIMATED.map(|place| self.nuisance[place].ln());
-        [speed, angle, friction, self.camera.ln()]
-    }
-
-    /// These components with the [`VarianceComponents::logarithms`] moved by so much, within their bounds.
-    pub(super) fn scaled(mut self, by: [f64; 4]) -> Self {
-        for (place, by) in ESTIMATED.into_iter().zip(by) {
-            self.nuisance[place] = (self.nuisance[place] * by.exp()).clamp(LEAST, GREATEST);
-        }
-        self.camera *= by[3].exp();
-        self.rest();
-        self
     }
 
     /// Whether the standard deviation of this nuisance is at its upper bound.

@@ -54,15 +54,10 @@ pub(crate) fn estimate_within(
     let p = prior.precision.len();
     let reduced = Reduced::new(strikes, p, start);
     let mut components = *start;
-    let mut pace = Pace::default();
     for iteration in 0..iterations {
         let sums = Sums::new(&reduced, &components);
         let before = components.wander;
         let (wander, marginal) = likeliest(&sums, &components, prior)?;
-        if let Some(back) = pace.overshot(marginal.likelihood) {
-            components = back;
-            continue;
-        }
         components.wander = wander;
         let full = DVector::from_iterator(p + 1, marginal.beta.iter().map(|b| -b).chain([1.0]));
         let gamma = marginal.path();
@@ -90,58 +85,9 @@ pub(crate) fn estimate_within(
                 wandered: (square / strikes.len().max(1) as f64).sqrt(),
             });
         }
-        // The last iteration starts from a step that was sure.
-        let further = match iteration + 2 < iterations {
-            true => pace.jump(&components, &next, marginal.likelihood),
-            false => None,
-        };
-        components = further.unwrap_or(next);
+        components = next;
     }
     None
-}
-
-/// Steps of expectation and maximisation are taken further along the geometric series that two of them in a row begin (Aitken's Δ², each standard
-/// deviation by itself): they creep where a component is nearly none, or two do nearly the same.
-#[derive(Default)]
-struct Pace {
-    /// Changes of the logarithms by the step before.
-    before: Option<[f64; 4]>,
-    /// Where the last jump began, and the likelihood there.
-    from: Option<(VarianceComponents, f64)>,
-}
-
-/// Greatest ratio of the series.
-const SLOWEST: f64 = 0.9;
-
-impl Pace {
-    /// Where to go back to, if the last jump has lost likelihood.
-    fn overshot(&mut self, likelihood: f64) -> Option<VarianceComponents> {
-        let (back, least) = self.from.take()?;
-        (likelihood < least).then_some(back)
-    }
-
-    /// Where the series that this step and the one before begin would end. After it a series begins anew.
-    fn jump(
-        &mut self,
-        at: &VarianceComponents,
-        next: &VarianceComponents,
-        likelihood: f64,
-    ) -> Option<VarianceComponents> {
-        let (at, to) = (at.logarithms(), next.logarithms());
-        let steps: [f64; 4] = std::array::from_fn(|i| to[i] - at[i]);
-        let Some(before) = self.before.take() else {
-            self.before = Some(steps);
-            return None;
-        };
-        self.from = Some((*next, likelihood));
-        Some(next.scaled(std::array::from_fn(|i| {
-            let ratio = match before[i] {
-                0.0 => 0.0,
-                before => (steps[i] / before).clamp(0.0, SLOWEST),
-            };
-            steps[i] * ratio / (1.0 - ratio)
-        })))
-    }
 }
 
 /// Best guess of each strike's speed, angle and friction, given the variance components.
@@ -221,7 +167,9 @@ impl Guess {
                 .clamp(LEAST, GREATEST);
         }
         next.camera = (sum / (reduced.rows - p as f64).max(1.0)).max(1e-14).sqrt();
-        next.rest();
+        for i in [3, 4] {
+            next.nuisance[i] = next.camera * next.resting;
+        }
         next
     }
 }

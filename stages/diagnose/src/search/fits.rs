@@ -93,10 +93,7 @@ pub(super) fn fit_possible(
             // Of its forms, the one that brings most for its values. A strength at the end of its range stands for something else.
             let mut possible: Option<Fitted> = None;
             let with = from.likelihood() + chance[s.name] + criteria.least_evidence;
-            let goal = Goal::Compared {
-                with,
-                least: from.likelihood(),
-            };
+            let goal = Goal::Compared { with };
             for (rank, start) in s.starts.iter().enumerate() {
                 if rank >= STARTS && possible.is_some() {
                     break;
@@ -136,28 +133,22 @@ fn worth(fitted: &Fitted) -> f64 {
     fitted.likelihood() - fitted.model.free.len() as f64
 }
 
-/// Shares of a start's strengths from which a candidate is fitted where the model stands, if the start's whole step was too long or led to an
-/// impossible model.
-const NEARER: [f64; 2] = [1.0, 0.25];
-
-/// Fits a candidate from a start, or from nearer to the model. Beside it a candidate gains at least nothing: a fit that ends below has gone astray.
+/// Fits a candidate from a start; from where the model stands, if the start's step was too long or led to an impossible model.
 fn fit(
     prepared: &PreparedStrikes<'_>,
     from: &Fitted,
     start: &Start,
     goal: Goal,
 ) -> Result<Option<Fitted>, WorldError> {
-    let is_found = |fitted: &Option<Fitted>| {
-        let mut fitted = fitted.iter();
-        fitted.any(|found| found.likelihood() > from.likelihood() && found.model.is_possible())
-    };
-    let mut fitted = prepared.fit(&start.model, &start.components, &start.nuisances, goal)?;
-    for share in NEARER {
-        if is_found(&fitted) {
-            break;
-        }
-        let model = start.model.nearer(&from.model, share);
-        fitted = prepared.fit_from(from, &model, goal)?;
+    let fitted = prepared.fit(&start.model, &start.components, &start.nuisances, goal)?;
+    if fitted
+        .as_ref()
+        .is_some_and(|fitted| fitted.likelihood() > from.likelihood() && fitted.model.is_possible())
+    {
+        return Ok(fitted);
     }
-    Ok(fitted)
+    let own = from.model.values.len();
+    let mut model = start.model.clone();
+    model.values[..own].copy_from_slice(&from.model.values);
+    prepared.fit_from(from, &model, goal)
 }
