@@ -10,6 +10,7 @@
 mod fault;
 pub mod foxglove;
 mod frames;
+mod maker;
 mod motion;
 mod server;
 mod shared;
@@ -19,6 +20,7 @@ mod ur;
 
 pub use fault::{Fault, Step};
 pub use frames::Request;
+pub use maker::{Maker, connect_to};
 pub use server::{Emulator, Listening};
 pub use state::{Event, Model};
 pub use table::Table;
