@@ -8,17 +8,15 @@ mod form;
 mod lineage;
 mod messages;
 
-use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use mcap::records::MessageHeader;
-use mcap::{WriteOptions, Writer};
+use mcap::WriteOptions;
 use values::Topics;
 
-use crate::read::RawChannel;
+use crate::read::{RawChannel, RawMessage};
 use form::{Form, Kind, Numbers};
 
 #[cfg(feature = "sqlite")]
@@ -69,12 +67,9 @@ pub enum WriteError {
 /// Topics and messages are those of the rig file: ROS 2's type that has the fields which the paths name (`geometry_msgs/msg/PointStamped`,
 /// `PoseStamped`, `TwistStamped`, `Twist`, `nav_msgs/msg/Odometry` …), in CDR; JSON where no such type has them.
 pub struct RecordingWriter<W: Write + Seek> {
-    mcap: Writer<W>,
+    log: CopyWriter<W>,
     forms: [Form; 4],
     channels: [Option<u16>; 4],
-    sequences: [u32; 4],
-    /// Channels of received messages by their numbers, with the number of messages so far.
-    received: HashMap<u16, (u16, u32)>,
     buffer: Vec<u8>,
 }
 
@@ -116,13 +111,10 @@ impl<W: Write + Seek> RecordingWriter<W> {
     }
 
     fn start(sink: W, topics: &Topics) -> Result<Self, WriteError> {
-        let mcap = options().create(sink)?;
         Ok(Self {
-            mcap,
+            log: CopyWriter::new(sink)?,
             forms: Kind::ALL.map(|kind| Form::of(kind, topics)),
             channels: [None; 4],
-            sequences: [0; 4],
-            received: HashMap::new(),
             buffer: Vec::with_capacity(1024),
         })
     }
@@ -175,54 +167,28 @@ impl<W: Write + Seek> RecordingWriter<W> {
                 Kind::Pose => Numbers::turned(&samples.centroids[i], yaws[i]),
             };
             self.forms[kind as usize].write(&mut self.buffer, &numbers);
-            let header = MessageHeader {
-                channel_id: self.channel(kind)?,
-                sequence: self.sequences[kind as usize],
-                log_time: stamp,
-                publish_time: stamp,
-            };
-            self.sequences[kind as usize] += 1;
-            self.mcap.write_to_known_channel(&header, &self.buffer)?;
+            let channel = self.channel(kind)?;
+            self.log.put(channel, stamp, &self.buffer)?;
         }
         received.try_for_each(|message| self.put(message))
     }
 
     fn put(&mut self, message: &Received) -> Result<(), WriteError> {
-        let from = &message.channel;
-        let (channel_id, sequence) = match self.received.get(&from.id) {
-            Some(known) => *known,
-            None => {
-                let schema = match from.schema() {
-                    None => 0,
-                    Some(text) => self.mcap.add_schema(text.name, text.encoding, text.data)?,
-                };
-                let id =
-                    self.mcap
-                        .add_channel(schema, &from.topic, &from.encoding, &BTreeMap::new())?;
-                (id, 0)
-            }
-        };
-        self.received.insert(from.id, (channel_id, sequence + 1));
-        let header = MessageHeader {
-            channel_id,
-            sequence,
+        self.log.copy(&RawMessage {
+            channel: &message.channel,
             log_time: message.log_time,
-            publish_time: message.log_time,
-        };
-        Ok(self.mcap.write_to_known_channel(&header, &message.data)?)
+            data: &message.data,
+        })
     }
 
     /// States where the log comes from.
     pub fn lineage(&mut self, lineage: &Lineage) -> Result<(), WriteError> {
-        Ok(lineage::write(&mut self.mcap, lineage)?)
+        self.log.lineage(lineage)
     }
 
     /// Writes the summary and hands the sink back; without it the log is truncated.
-    pub fn finish(mut self) -> Result<W, WriteError> {
-        self.mcap.finish()?;
-        let mut sink = self.mcap.into_inner();
-        sink.flush()?;
-        Ok(sink)
+    pub fn finish(self) -> Result<W, WriteError> {
+        self.log.finish()
     }
 
     fn channel(&mut self, kind: Kind) -> Result<u16, WriteError> {
@@ -231,10 +197,11 @@ impl<W: Write + Seek> RecordingWriter<W> {
         }
         let form = &self.forms[kind as usize];
         let (name, encoding, text, messages) = form.schema();
-        let schema = self.mcap.add_schema(name, encoding, text.as_bytes())?;
-        let id = self
-            .mcap
-            .add_channel(schema, &form.topic, messages, &BTreeMap::new())?;
+        let id = self.log.add_channel(
+            &form.topic,
+            Some((name, encoding, text.as_bytes())),
+            messages,
+        )?;
         self.channels[kind as usize] = Some(id);
         Ok(id)
     }
@@ -270,6 +237,11 @@ mod tests {
         writer.finish().unwrap().into_inner()
     }
 
+    fn messages(log: &[u8]) -> Vec<mcap::Message<'_>> {
+        let messages = mcap::MessageStream::new(log).unwrap();
+        messages.map(Result::unwrap).collect()
+    }
+
     fn double(data: &[u8], offset: usize) -> f64 {
         f64::from_le_bytes(data[offset..offset + 8].try_into().unwrap())
     }
@@ -277,10 +249,7 @@ mod tests {
     #[test]
     fn a_log_reads_back_in_order_with_its_schemas() {
         let log = bytes(&samples());
-        let messages: Vec<_> = mcap::MessageStream::new(&log)
-            .unwrap()
-            .map(Result::unwrap)
-            .collect();
+        let messages = messages(&log);
         let topics: Vec<_> = messages.iter().map(|m| m.channel.topic.as_str()).collect();
         assert_eq!(
             topics,
@@ -322,10 +291,7 @@ mod tests {
         let mut writer = RecordingWriter::beside_received(sink, &Topics::default()).unwrap();
         writer.write_with(&samples, &received).unwrap();
         let log = writer.finish().unwrap().into_inner();
-        let messages: Vec<_> = mcap::MessageStream::new(&log)
-            .unwrap()
-            .map(Result::unwrap)
-            .collect();
+        let messages = messages(&log);
         let topics: Vec<_> = messages
             .iter()
             .map(|m| {
@@ -351,10 +317,7 @@ mod tests {
     #[test]
     fn fields_stand_where_cdr_puts_them() {
         let log = bytes(&samples());
-        let messages: Vec<_> = mcap::MessageStream::new(&log)
-            .unwrap()
-            .map(Result::unwrap)
-            .collect();
+        let messages = messages(&log);
         // Encapsulation 4, stamp 8, length 4, "table\0" 6, padded to 8 from the encapsulation's end: 4 + 24.
         let point = &messages[3].data;
         assert_eq!(&point[..4], [0, 1, 0, 0]);

@@ -31,14 +31,11 @@ pub(super) fn write<W: Write + Seek>(
 /// # Errors
 /// A file that cannot be read, or is no MCAP.
 pub fn lineages(log: &Path) -> Result<Vec<Lineage>, LogError> {
-    let name = || log.display().to_string();
-    let bytes = std::fs::read(log).map_err(|source| LogError::Io {
-        log: name(),
-        source,
-    })?;
+    let name = log.display().to_string();
+    let bytes = std::fs::read(log).map_err(|source| LogError::io(&name, source))?;
     let records = mcap::read::LinearReader::new(&bytes);
     let mut found = Vec::new();
-    for record in records.map_err(|_| LogError::NotMcap { log: name() })? {
+    for record in records.map_err(|_| LogError::NotMcap { log: name })? {
         match record {
             Ok(Record::Metadata(metadata)) if metadata.name == NAME => {
                 found.push(metadata.metadata);
