@@ -23,10 +23,7 @@ impl Acts for StrikerSpeedError {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let line = self.a + self.b * command.speed;
         let speed = soft_min(line, self.cap, self.softness);
-        Command {
-            speed: speed.max(0.0),
-            ..command
-        }
+        Command::new(speed.max(0.0), command.angle)
     }
 }
 
@@ -49,10 +46,7 @@ declare! {
 
 impl Acts for StrikerAngleBias {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
-        Command {
-            angle: command.angle + self.delta,
-            ..command
-        }
+        Command::new(command.speed, command.angle + self.delta)
     }
 }
 
