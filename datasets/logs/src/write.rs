@@ -5,7 +5,6 @@
 
 mod copy;
 mod form;
-mod lineage;
 mod messages;
 
 use std::fs::File;
@@ -22,8 +21,7 @@ use form::{Form, Kind, Numbers};
 #[cfg(feature = "sqlite")]
 pub(crate) use messages::known_definition;
 
-pub use copy::CopyWriter;
-pub use lineage::{Lineage, lineages};
+pub use copy::{CopyWriter, Lineage, lineages};
 pub use messages::{Samples, Stamped, StateSample};
 
 /// A message that was received as it is.

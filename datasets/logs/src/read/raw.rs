@@ -14,9 +14,9 @@ use mcap::records::{Record, op};
 use super::bag::{self, JoinedHash, Opened};
 use super::body::Body;
 use super::chunk::{self, ChunkFault};
+use super::event::Limits;
 use super::event::{Damage, Extent};
 use super::records::{Ending, Records};
-use super::request::Limits;
 use crate::{LogError, SchemaText};
 
 /// What a channel's messages are.

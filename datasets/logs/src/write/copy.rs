@@ -5,15 +5,15 @@ use std::fs::File;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, Metadata, Record};
 use mcap::{WriteOptions, Writer};
 
-use super::lineage::{self, Lineage};
 use super::messages::{
     POINT_STAMPED, POSE_STAMPED, RosType, image_schema, joined, jpeg_image, point_stamped,
     pose_stamped,
 };
 use super::{Stamped, WriteError, create, options};
+use crate::LogError;
 use crate::read::RawMessage;
 
 /// A schema's name, encoding and bytes.
@@ -85,7 +85,11 @@ impl<W: Write + Seek> CopyWriter<W> {
 
     /// States where a part of the log comes from.
     pub fn lineage(&mut self, lineage: &Lineage) -> Result<(), WriteError> {
-        Ok(lineage::write(&mut self.mcap, lineage)?)
+        let metadata = Metadata {
+            name: NAME.into(),
+            metadata: lineage.clone(),
+        };
+        Ok(self.mcap.write_metadata(&metadata)?)
     }
 
     /// Adds a point of the table as `geometry_msgs/msg/PointStamped`, which the default paths of a centroid fit.
@@ -214,4 +218,32 @@ impl<W: Write + Seek> CopyWriter<W> {
 /// A type's name and its definition.
 fn of(ros: &'static RosType) -> (&'static str, String) {
     (ros.name, joined(ros.definition, ros.parts))
+}
+
+const NAME: &str = "carom";
+
+/// What made a log: names and values as text, such as `version`, `manifest` (its hash), `model`, `target`, `plan` and `promised_miss` of a
+/// planned strike. Which names there are is up to the program that writes.
+pub type Lineage = BTreeMap<String, String>;
+
+/// The lineages that a log states, in its order; none of one that no carom program wrote.
+///
+/// # Errors
+/// A file that cannot be read, or is no MCAP.
+pub fn lineages(log: &Path) -> Result<Vec<Lineage>, LogError> {
+    let name = log.display().to_string();
+    let bytes = std::fs::read(log).map_err(|source| LogError::io(&name, source))?;
+    let records = mcap::read::LinearReader::new(&bytes);
+    let mut found = Vec::new();
+    for record in records.map_err(|_| LogError::NotMcap { log: name })? {
+        match record {
+            Ok(Record::Metadata(metadata)) if metadata.name == NAME => {
+                found.push(metadata.metadata);
+            }
+            Ok(_) => {}
+            // Cut off or damaged: what came before counts.
+            Err(_) => break,
+        }
+    }
+    Ok(found)
 }
