@@ -181,6 +181,17 @@ impl Night {
         self.left_out = results.read.left_out.clone();
     }
 
+    /// Stamp of the first strike since the last change for good, in s; of no change it is before all.
+    pub fn since(&self) -> f64 {
+        let change = self.change.as_ref();
+        change.map_or(f64::NEG_INFINITY, |change| change.since)
+    }
+
+    /// Says why, a sentence more.
+    pub fn because(&mut self, why: String) {
+        self.why.push(why);
+    }
+
     /// Effects that the data name and the version in use lacks.
     pub fn report_missing(&mut self, before: &Artifact, results: &Results) {
         let known = before.effect.as_ref().map(|effect| &effect.world.effects);
