@@ -12,7 +12,7 @@ use arm::{Emulator, Event, Fault, Maker, Model, Step, connect_to};
 use strike::arm::{Arm, LineRequest};
 use strike::ur::Ur;
 use strike::xarm::{Register, XArm, request};
-use strike::{CommandPlanner, Guarded, Look, Memory, RobotError, execute, strike_and_keep};
+use strike::{CommandPlanner, Guarded, Look, Memory, Plan, RobotError, execute, strike_and_keep};
 use values::{Command, Point, Rig};
 
 use crate::bench::{connect, in_time, model, plan, rig, undisturbed, wait_for};
@@ -37,6 +37,31 @@ fn itself(test: &str, variable: &str) -> Program {
         .args(["--exact", "--nocapture", "--test-threads", "1"])
         .env(variable, "1");
     program
+}
+
+/// A plan, a maker's arm, and what is connected to it.
+fn ready<D: Arm>(maker: Maker) -> (Plan, Arc<Emulator>, Guarded<D>) {
+    let plan = plan(&maker.rig(), TO);
+    let emulator = Arc::new(maker.emulator(None));
+    let arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+    (plan, emulator, arm)
+}
+
+/// What is done as the object is looked at then.
+fn as_it_looks<D: Arm>(arm: &mut Guarded<D>, at: Look, mut done: impl FnMut() + Send + 'static) {
+    arm.look_first(move |when| {
+        if when == at {
+            done();
+        }
+        Ok(())
+    });
+}
+
+/// Asserts that an arm is not struck with, for a reason that has these words.
+fn assert_not_ready(error: &RobotError, words: &[&str]) {
+    assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
+    let text = error.to_string();
+    assert!(words.iter().all(|words| text.contains(words)), "{text}");
 }
 
 /// The speed (m/s) that a maker's arm delivers at the impact where it is commanded this one; none where the plan is refused.
@@ -140,14 +165,8 @@ fn an_arm_that_was_paused_before_is_told_as_paused_and_not_as_somebodys_since_th
 #[test]
 fn a_panic_stops_it_with_state_4_and_is_reported() {
     in_time(|| {
-        let rig = rig();
-        let plan = plan(&rig, TO);
-        let emulator = Maker::XArm.emulator(None);
-        let mut arm = connect(&emulator, plan.rig()).unwrap();
-        arm.look_first(|when| match when {
-            Look::BeforeDescent => Ok(()),
-            Look::BeforeStrike => panic!("as a bug would"),
-        });
+        let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
+        as_it_looks(&mut arm, Look::BeforeStrike, || panic!("as a bug would"));
         let error = execute(&mut arm, &plan).unwrap_err().to_string();
         assert!(error.contains("panicked"), "{error}");
         assert_eq!(emulator.state(), 4);
@@ -162,15 +181,10 @@ fn a_panic_stops_it_with_state_4_and_is_reported() {
 fn an_object_that_is_not_where_it_was_is_neither_come_down_on_nor_struck_at() {
     in_time(|| {
         for (seen_at, height) in [(Look::BeforeDescent, 70.0), (Look::BeforeStrike, 20.0)] {
-            let rig = rig();
-            let plan = plan(&rig, TO);
-            let emulator = Maker::XArm.emulator(None);
-            let mut arm = connect(&emulator, plan.rig()).unwrap();
-            arm.look_first(move |when| {
-                if when == seen_at {
-                    return Err("it has moved by 30 mm".into());
-                }
-                Ok(())
+            let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
+            arm.look_first(move |when| match when == seen_at {
+                true => Err("it has moved by 30 mm".into()),
+                false => Ok(()),
             });
             let error = execute(&mut arm, &plan).unwrap_err();
             assert!(error.to_string().contains("moved by 30 mm"), "{error}");
@@ -200,9 +214,7 @@ fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
         emulator.make(Fault::OperatorStop);
         thread::sleep(Duration::from_millis(50));
         let before = registers(&emulator).len();
-        let error = execute(&mut arm, &plan).unwrap_err();
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        assert!(error.to_string().contains("is in charge"), "{error}");
+        assert_not_ready(&execute(&mut arm, &plan).unwrap_err(), &["is in charge"]);
         let after = registers(&emulator)[before..].to_vec();
         let changing = [11, 12, 19, 21, 31, 32];
         assert!(
@@ -218,9 +230,7 @@ fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
 #[test]
 fn who_stops_an_arm_that_waits_for_the_first_or_next_strike_or_moves_it_is_in_charge() {
     fn before<D: Arm>(maker: Maker, strikes: u32, fault: Fault, said: &str) {
-        let plan = plan(&maker.rig(), TO);
-        let emulator = maker.emulator(None);
-        let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let (plan, emulator, mut arm) = ready::<D>(maker);
         for _ in 0..strikes {
             execute(&mut arm, &plan).unwrap();
         }
@@ -230,14 +240,10 @@ fn who_stops_an_arm_that_waits_for_the_first_or_next_strike_or_moves_it_is_in_ch
             Fault::OtherLine => wait_for(|| (emulator.pose()[1] - rest[1]).abs() > 59.9),
             _ => thread::sleep(Duration::from_millis(300)),
         }
+        println!("{maker:?} {fault:?}");
         let error = execute(&mut arm, &plan).unwrap_err();
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        let text = error.to_string();
-        assert!(
-            text.contains("is in charge") && text.contains(said),
-            "{maker:?} {fault:?}: {text}"
-        );
-        assert_eq!(emulator.lines(), lines, "{maker:?} {fault:?}");
+        assert_not_ready(&error, &["is in charge", said]);
+        assert_eq!(emulator.lines(), lines);
     }
     in_time(|| {
         before::<XArm>(Maker::XArm, 1, Fault::OperatorStop, "state 4");
@@ -254,9 +260,7 @@ fn who_stops_an_arm_that_waits_for_the_first_or_next_strike_or_moves_it_is_in_ch
 #[test]
 fn motors_that_were_off_between_two_strikes_end_it_though_they_are_on_again() {
     let off_for = |off: Duration| {
-        let plan = plan(&Maker::XArm.rig(), TO);
-        let emulator = Maker::XArm.emulator(None);
-        let mut arm = connect_to::<XArm>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
         execute(&mut arm, &plan).unwrap();
         let lines = emulator.lines();
         // Another client, which makes it ready again, too.
@@ -269,10 +273,7 @@ fn motors_that_were_off_between_two_strikes_end_it_though_they_are_on_again() {
             other.write_all(&request(1, register, content)).unwrap();
             thread::sleep(off);
         }
-        let error = execute(&mut arm, &plan).unwrap_err();
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        let text = error.to_string();
-        assert!(text.contains("is in charge"), "{text}");
+        assert_not_ready(&execute(&mut arm, &plan).unwrap_err(), &["is in charge"]);
         assert_eq!(emulator.lines(), lines);
     };
     // The state shows what is over before motors are told of.
@@ -332,19 +333,14 @@ fn a_stop_right_after_the_arm_was_made_ready_is_not_overridden() {
 #[test]
 fn whoever_stops_the_arm_while_it_is_looked_at_the_object_is_not_overridden() {
     fn stopped_in<D: Arm>(maker: Maker, look: Look, time: Duration) {
-        let plan = plan(&maker.rig(), TO);
-        let emulator = Arc::new(maker.emulator(None));
-        let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let (plan, emulator, mut arm) = ready::<D>(maker);
         let (operator, before) = (emulator.clone(), Arc::new(Mutex::new(None)));
         let sent = before.clone();
-        arm.look_first(move |when| {
-            if when == look {
-                *sent.lock().unwrap() = Some(operator.lines());
-                operator.make(Fault::OperatorStop);
-                // Until a camera has seen it once more.
-                thread::sleep(time);
-            }
-            Ok(())
+        as_it_looks(&mut arm, look, move || {
+            *sent.lock().unwrap() = Some(operator.lines());
+            operator.make(Fault::OperatorStop);
+            // Until a camera has seen it once more.
+            thread::sleep(time);
         });
         let error = execute(&mut arm, &plan).unwrap_err();
         let before = before.lock().unwrap().expect("it was looked");
@@ -386,19 +382,13 @@ fn a_fence_that_is_set_while_the_arm_is_made_ready_is_kept() {
 #[test]
 fn a_strike_is_sent_right_after_the_last_look_or_not_at_all() {
     in_time(|| {
-        let rig = rig();
-        let plan = plan(&rig, TO);
-        let emulator = Arc::new(Maker::XArm.emulator(None));
-        let mut arm = connect(&emulator, plan.rig()).unwrap();
+        let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
         let (looked, holds) = (Arc::new(Mutex::new(None)), emulator.clone());
         let at = looked.clone();
         // Reports cease when it is looked for the last time: what waits for one of them waits while the object may be moved.
-        arm.look_first(move |when| {
-            if when == Look::BeforeStrike {
-                *at.lock().unwrap() = Some(Instant::now());
-                holds.make(Fault::Burst);
-            }
-            Ok(())
+        as_it_looks(&mut arm, Look::BeforeStrike, move || {
+            *at.lock().unwrap() = Some(Instant::now());
+            holds.make(Fault::Burst);
         });
         execute(&mut arm, &plan).unwrap_err();
         let looked = looked.lock().unwrap().expect("it was looked at");
@@ -416,10 +406,8 @@ fn a_strike_is_sent_right_after_the_last_look_or_not_at_all() {
 #[test]
 fn whoever_is_told_to_step_back_has_the_time_for_it_and_may_stop_the_arm() {
     fn told<D: Arm>(maker: Maker) {
-        let plan = plan(&maker.rig(), Point::new(0.62, 0.0));
         for is_stopped in [false, true] {
-            let emulator = maker.emulator(None);
-            let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+            let (plan, emulator, mut arm) = ready::<D>(maker);
             let pause = Duration::from_secs(1);
             arm.pause(pause);
             let begun = Instant::now();
@@ -447,16 +435,9 @@ fn whoever_is_told_to_step_back_has_the_time_for_it_and_may_stop_the_arm() {
 #[test]
 fn a_pose_that_freezes_as_a_line_begins_is_told_within_a_tenth_of_a_second() {
     fn frozen<D: Arm>(maker: Maker, fault: Fault) {
-        let plan = plan(&maker.rig(), Point::new(0.62, 0.0));
-        let emulator = Arc::new(maker.emulator(None));
-        let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let (plan, emulator, mut arm) = ready::<D>(maker);
         let freezes = emulator.clone();
-        arm.look_first(move |when| {
-            if when == Look::BeforeStrike {
-                freezes.make(fault);
-            }
-            Ok(())
-        });
+        as_it_looks(&mut arm, Look::BeforeStrike, move || freezes.make(fault));
         let error = execute(&mut arm, &plan).unwrap_err();
         let events = emulator.events();
         let last = |is: fn(&Event) -> bool| {
@@ -715,8 +696,7 @@ fn another_arm_at_the_address_of_the_rigs_is_not_moved() {
         rig.robot.serial = Some(connect(&own, &rig).unwrap().serial().to_owned());
         connect(&own, &rig).unwrap();
         let error = connect(&other, &rig).err().unwrap();
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        assert!(error.to_string().contains("robot.serial"), "{error}");
+        assert_not_ready(&error, &["robot.serial"]);
     }
     exchanged::<XArm>(Maker::XArm);
     exchanged::<Ur>(Maker::Ur);
@@ -736,12 +716,7 @@ fn a_base_whose_height_is_wrong_moves_no_arm_down_into_the_table() {
                 rig.robot.base_height = Some(height);
                 let emulator = maker.emulator(None);
                 let error = maker.strike(&emulator, &plan(&rig, TO)).unwrap_err();
-                assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-                let text = error.to_string();
-                assert!(
-                    text.contains(said) && text.contains("robot.base_height"),
-                    "{text}"
-                );
+                assert_not_ready(&error, &[said, "robot.base_height"]);
                 assert_eq!(emulator.lines(), 0);
             }
         }
@@ -787,9 +762,7 @@ fn an_arm_that_carom_stopped_low_goes_on_from_there_alone_and_by_the_same_height
         // Who edits the rig file meanwhile says that it stands elsewhere. A call that is refused forgets nothing.
         let (mut higher, before) = (rig.clone(), emulator.lines());
         higher.robot.base_height = Some(0.05);
-        let refused = call(&higher, false).unwrap_err();
-        assert!(matches!(refused, RobotError::NotReady { .. }), "{refused}");
-        assert!(refused.to_string().contains("base_height"), "{refused}");
+        assert_not_ready(&call(&higher, false).unwrap_err(), &["base_height"]);
         assert_eq!(emulator.lines(), before);
         call(&rig, false).unwrap();
     });
@@ -799,16 +772,11 @@ fn an_arm_that_carom_stopped_low_goes_on_from_there_alone_and_by_the_same_height
 fn nothing_is_struck_once_whoever_read_standard_error_is_gone() {
     const CHILD: &str = "CAROM_TEST_UNHEARD";
     if std::env::var_os(CHILD).is_some() {
-        let plan = plan(&rig(), TO);
-        let emulator = Maker::XArm.emulator(None);
-        let mut arm = connect(&emulator, plan.rig()).unwrap();
-        arm.look_first(|when| {
-            if when == Look::BeforeStrike {
-                println!("looks");
-                // Until the reader of standard error is gone.
-                io::stdin().read_line(&mut String::new()).unwrap();
-            }
-            Ok(())
+        let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
+        as_it_looks(&mut arm, Look::BeforeStrike, || {
+            println!("looks");
+            // Until the reader of standard error is gone.
+            io::stdin().read_line(&mut String::new()).unwrap();
         });
         let error = execute(&mut arm, &plan).unwrap_err().to_string();
         println!("{} lines; {error}", emulator.lines());
@@ -870,13 +838,7 @@ fn an_arm_that_is_not_the_rigs_moves_nothing() {
         let mut model = model();
         change(&mut model);
         let (emulator, outcome) = Maker::XArm.run_of(model, None, &plan);
-        let error = outcome.expect_err(said);
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        let text = error.to_string();
-        assert!(
-            text.contains(said) && text.contains("nothing has moved"),
-            "{text}"
-        );
+        assert_not_ready(&outcome.expect_err(said), &[said, "nothing has moved"]);
         let changing = [11, 12, 16, 17, 19, 21, 31, 32];
         let written = registers(&emulator);
         assert!(
