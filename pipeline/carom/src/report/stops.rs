@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use values::{Point, StopErrors, Strike};
 
 use super::figures::{self, Places};
-use super::markup::{PageError, in_colours, model_names, section, swatch, title, wide};
+use super::markup::{PageError, in_colours, model_names, section, swatch, table, title, wide};
 use super::plot::{Kind, Plot, Series, xy};
 use crate::publishing::best_model;
 use crate::results::Worlds;
@@ -78,26 +78,21 @@ impl<'a> Row<'a> {
 
 fn errors_table(rows: &[Row<'_>], left_out: &str) -> Markup {
     let any = rows.iter().any(|row| row.left_out > 0);
-    wide(html! {
-        table {
-            thead { tr {
-                th { "stop error in cm" } th { "mean ± sd" } th { "median" } th { "95 %" } th { "n" }
-                @if any { th { (left_out) } }
-            } }
-            tbody {
-                @for row in rows {
-                    tr class=[(row.name == "noise_floor").then_some("floor")] {
-                        td { (swatch(row.name)) (title(row.name)) }
-                        td.number { (format!("{:.2} ± {:.2}", row.errors.mean * 100.0, row.errors.sd * 100.0)) }
-                        td.number { (format!("{:.2}", row.errors.median * 100.0)) }
-                        td.number { (format!("{:.2}", row.errors.p95 * 100.0)) }
-                        td.number { (row.errors.n) }
-                        @if any { td.number { (row.left_out) } }
-                    }
-                }
+    let mut headings = vec!["stop error in cm", "mean ± sd", "median", "95 %", "n"];
+    headings.extend(any.then_some(left_out));
+    wide(table(
+        &headings,
+        html! { @for row in rows {
+            tr class=[(row.name == "noise_floor").then_some("floor")] {
+                td { (swatch(row.name)) (title(row.name)) }
+                td.number { (format!("{:.2} ± {:.2}", row.errors.mean * 100.0, row.errors.sd * 100.0)) }
+                td.number { (format!("{:.2}", row.errors.median * 100.0)) }
+                td.number { (format!("{:.2}", row.errors.p95 * 100.0)) }
+                td.number { (row.errors.n) }
+                @if any { td.number { (row.left_out) } }
             }
-        }
-    })
+        } },
+    ))
 }
 
 pub fn trial_section(trial: &Trial) -> Markup {
@@ -168,19 +163,14 @@ pub fn predictions_section(
             } }
             @if !parts.is_empty() {
                 h3 { "Where it misses: " (title(used)) }
-                (wide(html! { table {
-                    thead { tr { th { "stop error in cm" } th { "mean" } th { "95 %" } th { "n" } } }
-                    tbody {
-                        @for part in &parts {
-                            tr {
-                                td { (part.part()) }
-                                td.number { (format!("{:.2}", part.errors.mean * 100.0)) }
-                                td.number { (format!("{:.2}", part.errors.p95 * 100.0)) }
-                                td.number { (part.errors.n) }
-                            }
-                        }
+                (wide(table(&["stop error in cm", "mean", "95 %", "n"], html! { @for part in &parts {
+                    tr {
+                        td { (part.part()) }
+                        td.number { (format!("{:.2}", part.errors.mean * 100.0)) }
+                        td.number { (format!("{:.2}", part.errors.p95 * 100.0)) }
+                        td.number { (part.errors.n) }
                     }
-                } }))
+                } })))
             }
         },
     ))
