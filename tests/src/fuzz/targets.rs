@@ -14,6 +14,7 @@ use super::{Reads, Target, executor, images, live, seeds, segmenter};
 
 pub fn targets() -> Vec<Target> {
     let (signatures, read_signature) = executor::signatures();
+    // What a format's texts are made of, between bars.
     let target = |name, seeds, words: &'static str, read: Reads| Target {
         name,
         seeds,
