@@ -101,7 +101,7 @@ fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit>
         refuse_if(gap < radius + MARGIN, Reason::Obstacle, || {
             format!(
                 "{line} the tip, of radius {radius} m, meets obstacle {} of robot.obstacles ({obstacle}): its centre comes \
-                     within {:.4} m, and {MARGIN} m beside the tip are kept for what the arm may be off its line",
+                 within {:.4} m, and {MARGIN} m beside the tip are kept for what the arm may be off its line",
                 number + 1,
                 gap.max(0.0)
             )
@@ -118,7 +118,7 @@ pub(crate) fn object(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimi
         refuse_if(gap < half_width, Reason::Obstacle, || {
             format!(
                 "on its way from {} to {} the object, {half_width:.4} m from its centre to its edge at the most, meets obstacle {} of \
-                     robot.obstacles ({obstacle}): its centre comes within {:.4} m; lay it elsewhere, or take another target",
+                 robot.obstacles ({obstacle}): its centre comes within {:.4} m; lay it elsewhere, or take another target",
                 place(from),
                 place(to),
                 number + 1,

@@ -90,7 +90,7 @@ impl Correction {
                 refuse_if(outside > BEYOND, Reason::OutsideTrainedRegion, || {
                     format!(
                         "the command {:.4} m/s at {:.4} rad lies {:.0} % of half the range of those learnt from outside it; choose a \
-                             target among the training strikes' stops, or train on strikes that go there",
+                         target among the training strikes' stops, or train on strikes that go there",
                         command.speed,
                         command.angle,
                         100.0 * outside

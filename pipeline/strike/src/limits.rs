@@ -64,7 +64,7 @@ pub(crate) fn point(rig: &Rig, name: &str, point: Point) -> Result<(), BrokenLim
     refuse_if(room < footprint - 1e-9, Reason::OffTable, || {
         format!(
             "an object at {name} {} reaches {footprint:.4} m around it, and the table's edge is {room:.4} m away; choose a point \
-                 farther in",
+             farther in",
             place(point)
         )
     })
