@@ -12,16 +12,16 @@ use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use mcap::WriteOptions;
 use values::Topics;
 
 use crate::read::{RawChannel, RawMessage};
+use copy::create;
 use form::{Form, Kind, Numbers};
 
 #[cfg(feature = "sqlite")]
 pub(crate) use messages::known_definition;
 
-pub use copy::{CopyWriter, Lineage, lineages};
+pub use copy::{CopyWriter, Lineage, WriteError, lineages};
 pub use messages::{Samples, Stamped, StateSample};
 
 /// A message that was received as it is.
@@ -33,31 +33,6 @@ pub struct Received {
     pub log_time: u64,
     /// Its bytes.
     pub data: Vec<u8>,
-}
-
-/// How every log is written. One compression thread, whatever the machine: zstd's bytes depend on whether it has workers.
-fn options() -> WriteOptions {
-    WriteOptions::new()
-        .profile("ros2")
-        .library("carom")
-        .compression(Some(mcap::Compression::Zstd))
-        .compression_level(1)
-        .compression_threads(0)
-}
-
-/// Why a log could not be written.
-#[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "each text says what is wrong")]
-pub enum WriteError {
-    #[error("create log {path}: {source}; check that its folder exists and can be written to")]
-    Create {
-        path: String,
-        source: std::io::Error,
-    },
-    #[error("write to the log: {0}; check the space left on its disk")]
-    Mcap(#[from] mcap::McapError),
-    #[error("flush the log: {0}; check the space left on its disk")]
-    Flush(#[from] std::io::Error),
 }
 
 /// Writes the samples of one strike after another into one log.
@@ -81,14 +56,6 @@ impl RecordingWriter<BufWriter<File>> {
     pub fn create_without_centroids(path: &Path, topics: &Topics) -> Result<Self, WriteError> {
         Self::beside_received(create(path)?, topics)
     }
-}
-
-fn create(path: &Path) -> Result<BufWriter<File>, WriteError> {
-    let file = File::create(path).map_err(|source| WriteError::Create {
-        path: path.display().to_string(),
-        source,
-    })?;
-    Ok(BufWriter::new(file))
 }
 
 impl<W: Write + Seek> RecordingWriter<W> {

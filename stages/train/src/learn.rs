@@ -4,6 +4,8 @@
 //! alike held out together. The plainer candidate stays unless the other is better by more than two standard errors
 //! of the difference; a launch map must do no harm to whole sessions held out, either. Strikes of [`values::Split::Test`] take no part.
 
+use std::collections::HashSet;
+
 use serde::{Deserialize, Serialize};
 use store::{ResidualModel, TrainingExtent};
 
@@ -12,6 +14,7 @@ use crate::error::TrainError;
 use crate::example::Example;
 use crate::fit::{Epoch, Trained};
 use crate::learning_set::{LEAST_OF_SESSION, LearningSet};
+use crate::miss;
 use crate::settings::Settings;
 
 /// Chooses what is added to a world, and learns it. With too few strikes, nothing is.
@@ -102,6 +105,26 @@ pub fn curve_sizes(count: usize) -> Vec<usize> {
     let mut sizes = SIZES.map(|size| size.min(count)).to_vec();
     sizes.dedup();
     sizes
+}
+
+/// The place of the one with the least mean distance between measured and predicted stop, over the strikes that all of them predict;
+/// the first of equals, none of none. No strike that judges a version takes part.
+pub fn best(learned: &[&Learned]) -> Option<usize> {
+    let ids = |learned: &'_ Learned| -> HashSet<String> {
+        learned.misses.iter().map(|(id, _)| id.clone()).collect()
+    };
+    let common = learned
+        .iter()
+        .map(|learned| ids(learned))
+        .reduce(|all, more| all.intersection(&more).cloned().collect())?;
+    let mean = |learned: &Learned| {
+        let misses = learned.misses.iter().filter(|(id, _)| common.contains(id));
+        miss::mean(misses.map(|(_, miss)| *miss)).unwrap_or(f64::INFINITY)
+    };
+    let means = learned.iter().map(|learned| mean(learned)).enumerate();
+    means
+        .min_by(|(_, a), (_, b)| a.total_cmp(b))
+        .map(|(place, _)| place)
 }
 
 #[cfg(test)]

@@ -30,8 +30,7 @@ pub use candidate::{Kind, Score};
 pub use error::TrainError;
 pub use example::{Example, examples};
 pub use fit::{Epoch, Mae, Trained, fit};
-pub use learn::{Learned, curve_sizes, learn};
-pub use miss::best;
+pub use learn::{Learned, best, curve_sizes, learn};
 pub use settings::Settings;
 pub use stages::Train;
 

@@ -3,11 +3,7 @@
 //! Distance goes as speed squared and bearing as angle, so that a launch whose speed is off by a factor exp(s), and whose angle by a,
 //! stops |exp(2s + ia) − 1| of the path's length from where it should.
 
-use std::collections::HashSet;
-
 use values::{Command, LaunchResidual, Residual, wrap_angle};
-
-use crate::Learned;
 
 /// What a prediction leaves of a strike's launch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,26 +51,6 @@ pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     let place = share * (values.len().checked_sub(1)?) as f64;
     let (low, high) = (place.floor() as usize, place.ceil() as usize);
     Some(values[low] + (place - low as f64) * (values[high] - values[low]))
-}
-
-/// The place of the one with the least mean distance between measured and predicted stop, over the strikes that all of them predict;
-/// the first of equals, none of none. No strike that judges a version takes part.
-pub fn best(learned: &[&Learned]) -> Option<usize> {
-    let ids = |learned: &'_ Learned| -> HashSet<String> {
-        learned.misses.iter().map(|(id, _)| id.clone()).collect()
-    };
-    let common = learned
-        .iter()
-        .map(|learned| ids(learned))
-        .reduce(|all, more| all.intersection(&more).cloned().collect())?;
-    let mean = |learned: &Learned| {
-        let misses = learned.misses.iter().filter(|(id, _)| common.contains(id));
-        crate::miss::mean(misses.map(|(_, miss)| *miss)).unwrap_or(f64::INFINITY)
-    };
-    let means = learned.iter().map(|learned| mean(learned)).enumerate();
-    means
-        .min_by(|(_, a), (_, b)| a.total_cmp(b))
-        .map(|(place, _)| place)
 }
 
 #[cfg(test)]

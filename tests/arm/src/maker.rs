@@ -11,16 +11,7 @@ use strike::{Guarded, Plan, RobotError, StrikeRecord, execute};
 use values::{Point, Rig, Shape};
 
 use crate::foxglove::Topic;
-use crate::{Emulator, Fault, Listening, Model, Step, Table};
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Maker {
-    /// UFACTORY's xArm7.
-    #[value(name = "xarm")]
-    XArm,
-    /// Universal Robots' e-Series.
-    Ur,
-}
+use crate::{Emulator, Fault, Listening, Maker, Model, Step, Table};
 
 type Struck = Result<Option<StrikeRecord>, RobotError>;
 

@@ -9,10 +9,21 @@ use std::time::{Duration, Instant};
 
 use crate::foxglove::Topic;
 use crate::frames::{Reported, Request};
+use crate::model::Model;
 use crate::shared::{Shared, is_cut, is_dead, is_held, is_shut, more};
-use crate::state::{Event, Model, State};
+use crate::state::{Event, State};
 use crate::table::Table;
-use crate::{Fault, Maker, Step, ur};
+use crate::{Fault, Step, ur};
+
+/// Makers whose arms are emulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Maker {
+    /// UFACTORY's xArm7.
+    #[value(name = "xarm")]
+    XArm,
+    /// Universal Robots' e-Series.
+    Ur,
+}
 
 /// From one real-time report to the next, and from one ordinary report to the next.
 const REALTIME: Duration = Duration::from_millis(4);

@@ -9,12 +9,44 @@ use mcap::records::{MessageHeader, Metadata, Record};
 use mcap::{WriteOptions, Writer};
 
 use super::messages::{
-    POINT_STAMPED, POSE_STAMPED, RosType, image_schema, joined, jpeg_image, point_stamped,
+    POINT_STAMPED, POSE_STAMPED, RosType, Stamped, image_schema, joined, jpeg_image, point_stamped,
     pose_stamped,
 };
-use super::{Stamped, WriteError, create, options};
 use crate::LogError;
 use crate::read::RawMessage;
+
+/// How every log is written. One compression thread, whatever the machine: zstd's bytes depend on whether it has workers.
+fn options() -> WriteOptions {
+    WriteOptions::new()
+        .profile("ros2")
+        .library("carom")
+        .compression(Some(mcap::Compression::Zstd))
+        .compression_level(1)
+        .compression_threads(0)
+}
+
+/// Why a log could not be written.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
+pub enum WriteError {
+    #[error("create log {path}: {source}; check that its folder exists and can be written to")]
+    Create {
+        path: String,
+        source: std::io::Error,
+    },
+    #[error("write to the log: {0}; check the space left on its disk")]
+    Mcap(#[from] mcap::McapError),
+    #[error("flush the log: {0}; check the space left on its disk")]
+    Flush(#[from] std::io::Error),
+}
+
+pub(super) fn create(path: &Path) -> Result<BufWriter<File>, WriteError> {
+    let file = File::create(path).map_err(|source| WriteError::Create {
+        path: path.display().to_string(),
+        source,
+    })?;
+    Ok(BufWriter::new(file))
+}
 
 /// A schema's name, encoding and bytes.
 type Schema<'a> = (&'a str, &'a str, &'a [u8]);
