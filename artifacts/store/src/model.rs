@@ -5,43 +5,25 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// A way from a path to a command, the plainest first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Model {
-    /// The world before anything was measured.
-    Nominal,
-    /// The identified world.
-    Sysid,
-    /// The identified world, and the residual that is left of it.
-    SysidResidual,
-    /// The identified world with the effects that the data named.
-    Effect,
-    /// That, and the residual that is left of it.
-    EffectResidual,
+values::named! {
+    /// A way from a path to a command, the plainest first.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Model {
+        /// The world before anything was measured.
+        Nominal = "nominal",
+        /// The identified world.
+        Sysid = "sysid",
+        /// The identified world, and the residual that is left of it.
+        SysidResidual = "sysid_residual",
+        /// The identified world with the effects that the data named.
+        Effect = "effect",
+        /// That, and the residual that is left of it.
+        EffectResidual = "effect_residual",
+    }
 }
 
 impl Model {
-    /// All, the plainest first.
-    pub const ALL: [Self; 5] = [
-        Self::Nominal,
-        Self::Sysid,
-        Self::SysidResidual,
-        Self::Effect,
-        Self::EffectResidual,
-    ];
-
-    /// The name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Nominal => "nominal",
-            Self::Sysid => "sysid",
-            Self::SysidResidual => "sysid_residual",
-            Self::Effect => "effect",
-            Self::EffectResidual => "effect_residual",
-        }
-    }
-
     /// The model of its world with what is left of that; the nominal world has none.
     pub fn with_residual(self) -> Self {
         match self {

@@ -14,10 +14,8 @@ use self::launch_map_file::{map_from_safetensors, map_to_safetensors};
 use crate::launch_map::LaunchMap;
 use crate::network::{Network, NetworkError};
 
-pub use error::{MOST_NETWORKS, ResidualModelError};
-pub use networks::Networks;
+pub use networks::{MOST_NETWORKS, Networks, ResidualModelError};
 
-mod error;
 mod launch_map_file;
 mod networks;
 #[cfg(test)]

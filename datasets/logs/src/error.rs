@@ -85,6 +85,14 @@ pub enum LogError {
     },
 }
 
+impl LogError {
+    /// A log that the system does not let be read.
+    pub(crate) fn io(log: impl std::fmt::Display, source: std::io::Error) -> Self {
+        let log = log.to_string();
+        Self::Io { log, source }
+    }
+}
+
 fn list(found: &[String]) -> String {
     if found.is_empty() {
         "no topics at all".into()

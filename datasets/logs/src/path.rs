@@ -86,6 +86,17 @@ impl FieldTree {
         }
     }
 
+    /// What is wanted of a message with these members where this is the stamp, and where that message is one: two members with the names
+    /// of its parts.
+    pub(crate) fn of_stamp(&self, members: impl Iterator<Item = String>) -> Option<Self> {
+        let part = |name: String| Some((name.clone(), Self::leaf(stamp_leaf(&name)?)));
+        let fields: Vec<_> = members.filter_map(part).collect();
+        (self.leaves.contains(&Leaf::Stamp) && fields.len() == 2).then(|| Self {
+            fields,
+            ..Self::default()
+        })
+    }
+
     pub(crate) fn is_text(&self) -> bool {
         self.leaves == [Leaf::Text] && self.fields.is_empty() && self.elements.is_empty()
     }

@@ -9,7 +9,6 @@ mod chunk;
 mod event;
 mod raw;
 mod records;
-mod request;
 #[cfg(feature = "sqlite")]
 mod sqlite;
 mod topics;
@@ -21,9 +20,8 @@ use self::topics::Topics;
 use crate::LogError;
 
 pub use self::bag::{bag_files, hash, is_log};
-pub use self::event::{Damage, Event, Extent, Sample, Summary, TopicCount};
+pub use self::event::{Damage, Event, Extent, Limits, Sample, Summary, TopicCount, TopicRequest};
 pub use self::raw::{RawChannel, RawMessage, RawSummary, SeenChannel, read_raw};
-pub use self::request::{Limits, TopicRequest};
 
 /// Reads the wanted topics of a log: a file (MCAP, or rosbag2's SQLite, either packed by zstd as a whole), or the folder of a
 /// rosbag2 recording, whose files are read as one.

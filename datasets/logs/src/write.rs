@@ -5,27 +5,23 @@
 
 mod copy;
 mod form;
-mod lineage;
 mod messages;
 
-use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use mcap::records::MessageHeader;
-use mcap::{WriteOptions, Writer};
 use values::Topics;
 
-use crate::read::RawChannel;
+use crate::read::{RawChannel, RawMessage};
+use copy::create;
 use form::{Form, Kind, Numbers};
 
 #[cfg(feature = "sqlite")]
 pub(crate) use messages::known_definition;
 
-pub use copy::CopyWriter;
-pub use lineage::{Lineage, lineages};
+pub use copy::{CopyWriter, Lineage, WriteError, lineages};
 pub use messages::{Samples, Stamped, StateSample};
 
 /// A message that was received as it is.
@@ -39,42 +35,14 @@ pub struct Received {
     pub data: Vec<u8>,
 }
 
-/// How every log is written. One compression thread, whatever the machine: zstd's bytes depend on whether it has workers.
-fn options() -> WriteOptions {
-    WriteOptions::new()
-        .profile("ros2")
-        .library("carom")
-        .compression(Some(mcap::Compression::Zstd))
-        .compression_level(1)
-        .compression_threads(0)
-}
-
-/// Why a log could not be written.
-#[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "each text says what is wrong")]
-pub enum WriteError {
-    #[error("create log {path}: {source}; check that its folder exists and can be written to")]
-    Create {
-        path: String,
-        source: std::io::Error,
-    },
-    #[error("write to the log: {0}; check the space left on its disk")]
-    Mcap(#[from] mcap::McapError),
-    #[error("flush the log: {0}; check the space left on its disk")]
-    Flush(#[from] std::io::Error),
-}
-
 /// Writes the samples of one strike after another into one log.
 ///
 /// Topics and messages are those of the rig file: ROS 2's type that has the fields which the paths name (`geometry_msgs/msg/PointStamped`,
 /// `PoseStamped`, `TwistStamped`, `Twist`, `nav_msgs/msg/Odometry` …), in CDR; JSON where no such type has them.
 pub struct RecordingWriter<W: Write + Seek> {
-    mcap: Writer<W>,
+    log: CopyWriter<W>,
     forms: [Form; 4],
     channels: [Option<u16>; 4],
-    sequences: [u32; 4],
-    /// Channels of received messages by their numbers, with the number of messages so far.
-    received: HashMap<u16, (u16, u32)>,
     buffer: Vec<u8>,
 }
 
@@ -88,14 +56,6 @@ impl RecordingWriter<BufWriter<File>> {
     pub fn create_without_centroids(path: &Path, topics: &Topics) -> Result<Self, WriteError> {
         Self::beside_received(create(path)?, topics)
     }
-}
-
-fn create(path: &Path) -> Result<BufWriter<File>, WriteError> {
-    let file = File::create(path).map_err(|source| WriteError::Create {
-        path: path.display().to_string(),
-        source,
-    })?;
-    Ok(BufWriter::new(file))
 }
 
 impl<W: Write + Seek> RecordingWriter<W> {
@@ -116,13 +76,10 @@ impl<W: Write + Seek> RecordingWriter<W> {
     }
 
     fn start(sink: W, topics: &Topics) -> Result<Self, WriteError> {
-        let mcap = options().create(sink)?;
         Ok(Self {
-            mcap,
+            log: CopyWriter::new(sink)?,
             forms: Kind::ALL.map(|kind| Form::of(kind, topics)),
             channels: [None; 4],
-            sequences: [0; 4],
-            received: HashMap::new(),
             buffer: Vec::with_capacity(1024),
         })
     }
@@ -175,54 +132,28 @@ impl<W: Write + Seek> RecordingWriter<W> {
                 Kind::Pose => Numbers::turned(&samples.centroids[i], yaws[i]),
             };
             self.forms[kind as usize].write(&mut self.buffer, &numbers);
-            let header = MessageHeader {
-                channel_id: self.channel(kind)?,
-                sequence: self.sequences[kind as usize],
-                log_time: stamp,
-                publish_time: stamp,
-            };
-            self.sequences[kind as usize] += 1;
-            self.mcap.write_to_known_channel(&header, &self.buffer)?;
+            let channel = self.channel(kind)?;
+            self.log.put(channel, stamp, &self.buffer)?;
         }
         received.try_for_each(|message| self.put(message))
     }
 
     fn put(&mut self, message: &Received) -> Result<(), WriteError> {
-        let from = &message.channel;
-        let (channel_id, sequence) = match self.received.get(&from.id) {
-            Some(known) => *known,
-            None => {
-                let schema = match from.schema() {
-                    None => 0,
-                    Some(text) => self.mcap.add_schema(text.name, text.encoding, text.data)?,
-                };
-                let id =
-                    self.mcap
-                        .add_channel(schema, &from.topic, &from.encoding, &BTreeMap::new())?;
-                (id, 0)
-            }
-        };
-        self.received.insert(from.id, (channel_id, sequence + 1));
-        let header = MessageHeader {
-            channel_id,
-            sequence,
+        self.log.copy(&RawMessage {
+            channel: &message.channel,
             log_time: message.log_time,
-            publish_time: message.log_time,
-        };
-        Ok(self.mcap.write_to_known_channel(&header, &message.data)?)
+            data: &message.data,
+        })
     }
 
     /// States where the log comes from.
     pub fn lineage(&mut self, lineage: &Lineage) -> Result<(), WriteError> {
-        Ok(lineage::write(&mut self.mcap, lineage)?)
+        self.log.lineage(lineage)
     }
 
     /// Writes the summary and hands the sink back; without it the log is truncated.
-    pub fn finish(mut self) -> Result<W, WriteError> {
-        self.mcap.finish()?;
-        let mut sink = self.mcap.into_inner();
-        sink.flush()?;
-        Ok(sink)
+    pub fn finish(self) -> Result<W, WriteError> {
+        self.log.finish()
     }
 
     fn channel(&mut self, kind: Kind) -> Result<u16, WriteError> {
@@ -231,10 +162,11 @@ impl<W: Write + Seek> RecordingWriter<W> {
         }
         let form = &self.forms[kind as usize];
         let (name, encoding, text, messages) = form.schema();
-        let schema = self.mcap.add_schema(name, encoding, text.as_bytes())?;
-        let id = self
-            .mcap
-            .add_channel(schema, &form.topic, messages, &BTreeMap::new())?;
+        let id = self.log.add_channel(
+            &form.topic,
+            Some((name, encoding, text.as_bytes())),
+            messages,
+        )?;
         self.channels[kind as usize] = Some(id);
         Ok(id)
     }
@@ -270,6 +202,11 @@ mod tests {
         writer.finish().unwrap().into_inner()
     }
 
+    fn messages(log: &[u8]) -> Vec<mcap::Message<'_>> {
+        let messages = mcap::MessageStream::new(log).unwrap();
+        messages.map(Result::unwrap).collect()
+    }
+
     fn double(data: &[u8], offset: usize) -> f64 {
         f64::from_le_bytes(data[offset..offset + 8].try_into().unwrap())
     }
@@ -277,10 +214,7 @@ mod tests {
     #[test]
     fn a_log_reads_back_in_order_with_its_schemas() {
         let log = bytes(&samples());
-        let messages: Vec<_> = mcap::MessageStream::new(&log)
-            .unwrap()
-            .map(Result::unwrap)
-            .collect();
+        let messages = messages(&log);
         let topics: Vec<_> = messages.iter().map(|m| m.channel.topic.as_str()).collect();
         assert_eq!(
             topics,
@@ -322,10 +256,7 @@ mod tests {
         let mut writer = RecordingWriter::beside_received(sink, &Topics::default()).unwrap();
         writer.write_with(&samples, &received).unwrap();
         let log = writer.finish().unwrap().into_inner();
-        let messages: Vec<_> = mcap::MessageStream::new(&log)
-            .unwrap()
-            .map(Result::unwrap)
-            .collect();
+        let messages = messages(&log);
         let topics: Vec<_> = messages
             .iter()
             .map(|m| {
@@ -351,10 +282,7 @@ mod tests {
     #[test]
     fn fields_stand_where_cdr_puts_them() {
         let log = bytes(&samples());
-        let messages: Vec<_> = mcap::MessageStream::new(&log)
-            .unwrap()
-            .map(Result::unwrap)
-            .collect();
+        let messages = messages(&log);
         // Encapsulation 4, stamp 8, length 4, "table\0" 6, padded to 8 from the encapsulation's end: 4 + 24.
         let point = &messages[3].data;
         assert_eq!(&point[..4], [0, 1, 0, 0]);

@@ -19,7 +19,6 @@
 
 mod air_table;
 mod body;
-mod camera;
 mod choice;
 mod declare;
 pub mod demo;
@@ -38,8 +37,6 @@ mod roll;
 mod sim;
 mod slide;
 mod strike;
-mod strike_index;
-mod striker;
 mod surface;
 mod truth;
 
@@ -53,7 +50,7 @@ pub use hide::Hide;
 pub use logs::write::{RecordingWriter, Samples, Stamped, StateSample};
 pub use noise::{Noise, NoiseKind};
 pub use plan::{PlannedStrike, parse_plan};
+pub use random::StrikeIndex;
 pub use sim::{Recording, Sim};
 pub use strike::StrikeOutcome;
-pub use strike_index::StrikeIndex;
 pub use truth::{CameraTruth, FenceTruth, Scatter, StrikeTruth, Truth};

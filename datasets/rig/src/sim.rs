@@ -2,18 +2,20 @@
 
 use std::path::Path;
 
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use values::{Command, Point, Rig};
 
-use crate::camera::film;
 use crate::disturbance::Disturbance;
 use crate::noise::Levels;
 use crate::random::{Purpose, random};
 use crate::slide::Lying;
 use crate::strike::{PreparedRig, StrikeOutcome};
-use crate::striker::Profile;
-use crate::{Hidden, RigSimError, Samples, Stamped, StateSample, StrikeIndex, StrikeTruth, Truth};
+use crate::{
+    CameraTruth, Hidden, RigSimError, Samples, Stamped, StateSample, StrikeIndex, StrikeTruth,
+    Truth,
+};
 
 /// The log's clock starts here: a fixed date, since nothing here reads a clock; in ns since 1970.
 const ORIGIN: u64 = 1_700_000_000_000_000_000;
@@ -298,4 +300,136 @@ impl Sim {
 
 fn nanoseconds(seconds: f64) -> u64 {
     (seconds * 1e9).round() as u64
+}
+
+/// Two stamps are at least this far apart, in s.
+const SHORTEST_INTERVAL: f64 = 1e-4;
+
+/// One frame: its stamp (s), when it was exposed (s), and what centroid was found (m).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    pub time: f64,
+    pub exposed: f64,
+    pub centroid: Point,
+}
+
+/// Films from one time to another (s); `seen` is the centroid without noise at a time.
+///
+/// The stamp is that of the exposure, jitter included, as of a camera that is triggered by software and stamps in hardware.
+/// Errors of stamps and noise of other kinds come from `disturbance`; stamps stay in order, as a driver gives them.
+pub(crate) fn film(
+    camera: &CameraTruth,
+    (rate, noise): (f64, f64),
+    (from, to): (f64, f64),
+    random: &mut ChaCha8Rng,
+    disturbance: &mut Disturbance,
+    seen: impl Fn(f64) -> Point,
+) -> Vec<Frame> {
+    let period = 1.0 / rate;
+    let phase: f64 = random.random();
+    let count = ((to - from) / period - phase).max(0.0) as usize;
+    let mut frames = Vec::with_capacity(count + 1);
+    for k in 0..=count {
+        // Every frame draws the same numbers whether or not it is lost, so that losing one changes no other.
+        let [jitter, x, y]: [f64; 3] = std::array::from_fn(|_| StandardNormal.sample(random));
+        let lost = random.random::<f64>() < camera.dropped;
+        // Within half a period, lest two frames swap.
+        let jitter = (jitter * camera.jitter).clamp(-0.45 * period, 0.45 * period);
+        let time = from + (phase + k as f64) * period + jitter;
+        let error = disturbance.frame(Point::new(x, y), noise, time);
+        let late = disturbance.stamp_error();
+        let exposed = time + disturbance.readout(seen(time));
+        let there = seen(exposed);
+        if lost || disturbance.loses(there, time) {
+            continue;
+        }
+        let mut stamp = time;
+        if disturbance.has_stamp_errors() {
+            let last = frames.last().map_or(0.0, |frame: &Frame| frame.time);
+            stamp = disturbance
+                .reported_stamp(time + late)
+                .max(last + SHORTEST_INTERVAL);
+        }
+        frames.push(Frame {
+            time: stamp,
+            exposed,
+            centroid: disturbance.reported(there + error),
+        });
+    }
+    frames
+}
+
+/// Distance, in m, before the impact at which the commanded speed is reached (paper, section 3.1).
+const PRE_STRIKE: f64 = 0.010;
+/// Distance, in m, beyond the impact over which the commanded speed is held, so that the plateau spans the impact even if the arm is slower than
+/// commanded.
+const FOLLOW_THROUGH: f64 = 0.010;
+
+/// One commanded motion along a line; times in s from its start.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Profile {
+    command: Command,
+    ramp: f64,
+    plateau: f64,
+}
+
+impl Profile {
+    pub(crate) fn new(command: Command, acceleration: f64) -> Self {
+        Self {
+            command,
+            ramp: command.speed / acceleration,
+            plateau: (PRE_STRIKE + FOLLOW_THROUGH) / command.speed,
+        }
+    }
+
+    /// How long it lasts.
+    pub(crate) fn duration(&self) -> f64 {
+        2.0 * self.ramp + self.plateau
+    }
+
+    /// When the tip touches, if it moves at this speed (m/s) from the pre-strike position on, which it reaches in time.
+    pub(crate) fn impact(&self, delivered_speed: f64) -> f64 {
+        self.ramp + PRE_STRIKE / delivered_speed
+    }
+
+    /// Commanded speed at a time, in m/s.
+    pub(crate) fn speed(&self, time: f64) -> f64 {
+        let falling = time - self.ramp - self.plateau;
+        let share = if time < self.ramp {
+            time / self.ramp
+        } else {
+            1.0 - falling.max(0.0) / self.ramp
+        };
+        self.command.speed * share.clamp(0.0, 1.0)
+    }
+
+    /// Commanded velocity at a time, in m/s.
+    pub(crate) fn velocity(&self, time: f64) -> Point {
+        Point::polar(self.speed(time), self.command.angle)
+    }
+
+    /// Distance commanded from the start to a time, in m.
+    pub(crate) fn distance(&self, time: f64) -> f64 {
+        let rising = time.clamp(0.0, self.ramp);
+        let flat = (time - self.ramp).clamp(0.0, self.plateau);
+        let falling = (time - self.ramp - self.plateau).clamp(0.0, self.ramp);
+        self.command.speed
+            * (rising * rising / (2.0 * self.ramp) + flat + falling
+                - falling * falling / (2.0 * self.ramp))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trapezoid_reaches_its_speed_ten_millimetres_before_the_blow() {
+        let profile = Profile::new(Command::new(0.8, 0.0), 4.0);
+        assert!((profile.speed(0.1) - 0.4).abs() < 1e-12);
+        assert_eq!(profile.speed(profile.impact(0.8)), 0.8);
+        assert!((profile.impact(0.8) - (0.2 + 0.0125)).abs() < 1e-12);
+        assert!(profile.speed(profile.duration()).abs() < 1e-12);
+        assert!((profile.distance(profile.duration()) - (0.16 + 0.02)).abs() < 1e-12);
+    }
 }

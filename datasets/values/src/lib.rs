@@ -9,6 +9,7 @@ mod exact;
 mod geometry;
 mod interval;
 mod median;
+mod named;
 mod residual;
 mod rig;
 mod slide;

@@ -3,33 +3,24 @@
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// The part a strike plays; the paper's 90:10, twice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Split {
-    /// Fits parameters and weights (81 %).
-    Train,
-    /// Chooses when to stop training (9 %).
-    Validation,
-    /// Judges, and takes no other part (10 %).
-    Test,
+crate::named! {
+    /// The part a strike plays; the paper's 90:10, twice.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Split {
+        /// Fits parameters and weights (81 %).
+        Train = "train",
+        /// Chooses when to stop training (9 %).
+        Validation = "validation",
+        /// Judges, and takes no other part (10 %).
+        Test = "test",
+    }
 }
 
 impl Split {
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Validation => "validation",
-            Self::Test => "test",
-        }
-    }
-
     /// The split of that name.
     pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Train, Self::Validation, Self::Test]
-            .into_iter()
-            .find(|split| split.name() == name)
+        Self::ALL.into_iter().find(|split| split.name() == name)
     }
 }
 

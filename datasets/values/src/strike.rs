@@ -66,34 +66,25 @@ pub struct Track {
     pub end: End,
 }
 
-/// What ends a track.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum End {
-    /// The object rests.
-    #[default]
-    Rest,
-    /// The object meets something: a fence, a hand.
-    Contact,
-    /// The object leaves the part of the table that is seen.
-    LeftView,
+crate::named! {
+    /// What ends a track.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum End {
+        /// The object rests.
+        #[default]
+        Rest = "rest",
+        /// The object meets something: a fence, a hand.
+        Contact = "contact",
+        /// The object leaves the part of the table that is seen.
+        LeftView = "left_view",
+    }
 }
 
 impl End {
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Rest => "rest",
-            Self::Contact => "contact",
-            Self::LeftView => "left_view",
-        }
-    }
-
     /// The end of that name.
     pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Rest, Self::Contact, Self::LeftView]
-            .into_iter()
-            .find(|end| end.name() == name)
+        Self::ALL.into_iter().find(|end| end.name() == name)
     }
 
     fn is_rest(&self) -> bool {
@@ -259,53 +250,35 @@ impl Strike {
     }
 }
 
-/// Why a strike that was seen was not kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RejectReason {
-    /// The object was moving, or unseen, before the strike.
-    NoRestBefore,
-    /// The log ends, or the next strike comes, before the object rests.
-    NoRestAfter,
-    /// The object never moved.
-    NoMotion,
-    /// Too few frames around the impact, the slide or the rest.
-    FramesMissing,
-    /// A centroid lies outside the table.
-    OffTable,
-    /// A centroid or command is NaN or infinite.
-    NotFinite,
-    /// Stamps run backwards or stand still at zero.
-    ClockBackwards,
-    /// Numbers fit millimetres or degrees rather than metres and radians.
-    UnitsImplausible,
-    /// An equal strike was read from another log.
-    Duplicate,
-    /// The file ends or is damaged within the strike.
-    Truncated,
-    /// The command never holds a plateau.
-    NoPlateau,
-    /// The stamps of centroids and commands disagree: motion before the arm could have struck.
-    ClockSkew,
-}
-
-impl RejectReason {
-    /// The name in files, such as `no_rest_before`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NoRestBefore => "no_rest_before",
-            Self::NoRestAfter => "no_rest_after",
-            Self::NoMotion => "no_motion",
-            Self::FramesMissing => "frames_missing",
-            Self::OffTable => "off_table",
-            Self::NotFinite => "not_finite",
-            Self::ClockBackwards => "clock_backwards",
-            Self::UnitsImplausible => "units_implausible",
-            Self::Duplicate => "duplicate",
-            Self::Truncated => "truncated",
-            Self::NoPlateau => "no_plateau",
-            Self::ClockSkew => "clock_skew",
-        }
+crate::named! {
+    /// Why a strike that was seen was not kept.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum RejectReason {
+        /// The object was moving, or unseen, before the strike.
+        NoRestBefore = "no_rest_before",
+        /// The log ends, or the next strike comes, before the object rests.
+        NoRestAfter = "no_rest_after",
+        /// The object never moved.
+        NoMotion = "no_motion",
+        /// Too few frames around the impact, the slide or the rest.
+        FramesMissing = "frames_missing",
+        /// A centroid lies outside the table.
+        OffTable = "off_table",
+        /// A centroid or command is NaN or infinite.
+        NotFinite = "not_finite",
+        /// Stamps run backwards or stand still at zero.
+        ClockBackwards = "clock_backwards",
+        /// Numbers fit millimetres or degrees rather than metres and radians.
+        UnitsImplausible = "units_implausible",
+        /// An equal strike was read from another log.
+        Duplicate = "duplicate",
+        /// The file ends or is damaged within the strike.
+        Truncated = "truncated",
+        /// The command never holds a plateau.
+        NoPlateau = "no_plateau",
+        /// The stamps of centroids and commands disagree: motion before the arm could have struck.
+        ClockSkew = "clock_skew",
     }
 }
 

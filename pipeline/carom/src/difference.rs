@@ -150,25 +150,32 @@ fn made_by(version: &Artifact) -> Result<Value, Error> {
     }))
 }
 
-/// Every leaf that differs, named by its way; a list is a leaf.
-fn changes(before: &Value, after: &Value) -> Vec<Change<Value>> {
-    let (mut leaves_before, mut leaves_after) = (BTreeMap::new(), BTreeMap::new());
-    leaves(before, String::new(), &mut leaves_before);
-    leaves(after, String::new(), &mut leaves_after);
-    let names: BTreeSet<&String> = leaves_before.keys().chain(leaves_after.keys()).collect();
-    let pair = |name: &String| (leaves_before.get(name), leaves_after.get(name));
-    names
-        .into_iter()
-        .filter(|name| pair(name).0 != pair(name).1)
-        .map(|name| Change {
-            name: name.clone(),
-            before: pair(name).0.map(|value| (*value).clone()),
-            after: pair(name).1.map(|value| (*value).clone()),
-        })
-        .collect()
+/// What differs between two maps, by name.
+fn differing<T: Clone + PartialEq>(
+    before: &BTreeMap<String, T>,
+    after: &BTreeMap<String, T>,
+) -> Vec<Change<T>> {
+    let names: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
+    let change = |name: &String| Change {
+        name: name.clone(),
+        before: before.get(name).cloned(),
+        after: after.get(name).cloned(),
+    };
+    let all = names.into_iter().map(change);
+    all.filter(|change| change.before != change.after).collect()
 }
 
-fn leaves<'a>(value: &'a Value, name: String, found: &mut BTreeMap<String, &'a Value>) {
+/// Every leaf that differs, named by its way; a list is a leaf.
+fn changes(before: &Value, after: &Value) -> Vec<Change<Value>> {
+    let [before, after] = [before, after].map(|value| {
+        let mut found = BTreeMap::new();
+        leaves(value, String::new(), &mut found);
+        found
+    });
+    differing(&before, &after)
+}
+
+fn leaves(value: &Value, name: String, found: &mut BTreeMap<String, Value>) {
     match value {
         Value::Null => {}
         Value::Object(map) => {
@@ -178,7 +185,7 @@ fn leaves<'a>(value: &'a Value, name: String, found: &mut BTreeMap<String, &'a V
             }
         }
         leaf => {
-            found.insert(name, leaf);
+            found.insert(name, leaf.clone());
         }
     }
 }
@@ -221,21 +228,17 @@ fn moved(
     before: &BTreeMap<String, Estimate>,
     after: &BTreeMap<String, Estimate>,
 ) -> Vec<Moved> {
-    let names: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
-    let pair = |name: &String| (before.get(name).copied(), after.get(name).copied());
-    names
-        .into_iter()
-        .map(|name| (name, pair(name)))
-        .filter(|(_, (before, after))| before != after)
-        .map(|(name, (before, after))| Moved {
-            is_beyond: before.zip(after).and_then(|(a, b)| is_beyond(&a, &b)),
-            change: Change {
-                name: format!("{prefix}{name}"),
-                before,
-                after,
-            },
-        })
-        .collect()
+    let moved = |change: Change<Estimate>| Moved {
+        is_beyond: change
+            .before
+            .zip(change.after)
+            .and_then(|(a, b)| is_beyond(&a, &b)),
+        change: Change {
+            name: format!("{prefix}{}", change.name),
+            ..change
+        },
+    };
+    differing(before, after).into_iter().map(moved).collect()
 }
 
 fn is_beyond(one: &Estimate, other: &Estimate) -> Option<bool> {

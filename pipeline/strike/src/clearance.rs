@@ -4,7 +4,7 @@
 use values::{Interval, Obstacle, Point, Rig};
 
 use crate::Reason;
-use crate::limits::{BrokenLimit, place, range};
+use crate::limits::{BrokenLimit, place, range, refuse_if};
 use crate::robot::arm::MARGIN;
 
 /// Radius in m about the base's axis that the tip keeps clear of where the rig file states none: the foot of a small arm.
@@ -42,34 +42,30 @@ fn point(rig: &Rig, name: &str, at: Point) -> Result<(), BrokenLimit> {
     let is_inside = |bounds: Interval, value: f64| {
         bounds.low <= value - radius && value + radius <= bounds.high
     };
-    if !(is_inside(x, at.x) && is_inside(table.y, at.y)) {
+    let is_inside = is_inside(x, at.x) && is_inside(table.y, at.y);
+    refuse_if(!is_inside, Reason::Reach, || {
         let area = if robot.is_placed() {
             "the table, and up to the arm's base"
         } else {
             "the table; a rig file that states robot.base and robot.keep_out lets the tip reach out from the base"
         };
-        return Err((
-            Reason::Reach,
-            format!(
-                "the tip, of radius {radius} m, leaves its area at its `{name}` {}, x in {} and y in {} m ({area})",
-                place(at),
-                range(x),
-                range(table.y)
-            ),
-        ));
-    }
+        format!(
+            "the tip, of radius {radius} m, leaves its area at its `{name}` {}, x in {} and y in {} m ({area})",
+            place(at),
+            range(x),
+            range(table.y)
+        )
+    })?;
     let distance = at.distance(base);
-    match robot.reach {
-        Some(reach) if distance > reach.high => Err((
-            Reason::Reach,
+    robot.reach.map_or(Ok(()), |reach| {
+        refuse_if(distance > reach.high, Reason::Reach, || {
             format!(
                 "the tip's `{name}` {} is {distance:.4} m from the base's axis, robot.reach is {} m",
                 place(at),
                 range(reach)
-            ),
-        )),
-        _ => Ok(()),
-    }
+            )
+        })
+    })
 }
 
 /// Checks what must hold at every point of a straight line.
@@ -80,45 +76,36 @@ fn segment(rig: &Rig, line: &str, a: Point, b: Point) -> Result<(), BrokenLimit>
     let (keep_out, margin) = robot
         .keep_out
         .map_or((KEEP_OUT, 0.0), |keep_out| (keep_out, MARGIN));
-    if nearest < keep_out + radius + margin {
-        let from = if robot.keep_out.is_some() {
-            "robot.keep_out is"
-        } else {
-            "robot.keep_out is not stated, and then"
+    let is_near = nearest < keep_out + radius + margin;
+    refuse_if(is_near, Reason::KeepOut, || {
+        let from = match robot.keep_out {
+            Some(_) => "robot.keep_out is",
+            None => "robot.keep_out is not stated, and then",
         };
-        return Err((
-            Reason::KeepOut,
-            format!(
-                "{line} the tip, of radius {radius} m, comes within {:.4} m of the base's axis; {from} {keep_out} m, and {margin} m more for \
-                 what the arm may be off its line",
-                (nearest - radius).max(0.0)
-            ),
-        ));
-    }
-    if let Some(reach) = robot.reach
-        && nearest < reach.low
-    {
-        return Err((
-            Reason::Reach,
+        format!(
+            "{line} the tip, of radius {radius} m, comes within {:.4} m of the base's axis; {from} {keep_out} m, and {margin} m more for \
+             what the arm may be off its line",
+            (nearest - radius).max(0.0)
+        )
+    })?;
+    if let Some(reach) = robot.reach {
+        refuse_if(nearest < reach.low, Reason::Reach, || {
             format!(
                 "{line} the tip's centre comes within {nearest:.4} m of the base's axis, robot.reach is {} m",
                 range(reach)
-            ),
-        ));
+            )
+        })?;
     }
     for (number, obstacle) in robot.obstacles.iter().enumerate() {
         let gap = beside(*obstacle, a, b);
-        if gap < radius + MARGIN {
-            return Err((
-                Reason::Obstacle,
-                format!(
-                    "{line} the tip, of radius {radius} m, meets obstacle {} of robot.obstacles ({obstacle}): its centre comes \
-                     within {:.4} m, and {MARGIN} m beside the tip are kept for what the arm may be off its line",
-                    number + 1,
-                    gap.max(0.0)
-                ),
-            ));
-        }
+        refuse_if(gap < radius + MARGIN, Reason::Obstacle, || {
+            format!(
+                "{line} the tip, of radius {radius} m, meets obstacle {} of robot.obstacles ({obstacle}): its centre comes \
+                 within {:.4} m, and {MARGIN} m beside the tip are kept for what the arm may be off its line",
+                number + 1,
+                gap.max(0.0)
+            )
+        })?;
     }
     Ok(())
 }
@@ -128,19 +115,16 @@ pub(crate) fn object(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimi
     let half_width = rig.object.solid.reach();
     for (number, obstacle) in rig.robot.obstacles.iter().enumerate() {
         let gap = beside(*obstacle, from, to);
-        if gap < half_width {
-            return Err((
-                Reason::Obstacle,
-                format!(
-                    "on its way from {} to {} the object, {half_width:.4} m from its centre to its edge at the most, meets obstacle {} of \
-                     robot.obstacles ({obstacle}): its centre comes within {:.4} m; lay it elsewhere, or take another target",
-                    place(from),
-                    place(to),
-                    number + 1,
-                    gap.max(0.0)
-                ),
-            ));
-        }
+        refuse_if(gap < half_width, Reason::Obstacle, || {
+            format!(
+                "on its way from {} to {} the object, {half_width:.4} m from its centre to its edge at the most, meets obstacle {} of \
+                 robot.obstacles ({obstacle}): its centre comes within {:.4} m; lay it elsewhere, or take another target",
+                place(from),
+                place(to),
+                number + 1,
+                gap.max(0.0)
+            )
+        })?;
     }
     Ok(())
 }

@@ -7,7 +7,7 @@ use store::{Artifact, Model};
 use values::{Command, Conditions, Point, Rig};
 use world::{Simulator, World, WorldError};
 
-use crate::limits::{self, BrokenLimit};
+use crate::limits::{self, BrokenLimit, refuse_if};
 use crate::plan::{Details, GOOD_FOR};
 use crate::{Plan, PlannerError, Reason, Refusal, clearance, motion};
 
@@ -139,12 +139,9 @@ impl CommandPlanner {
                 (reason, text)
             })?;
         limits::second_push(&stroke, &object, limits::sizes(rig).0)?;
-        if path.norm() == 0.0 {
-            return Err((
-                Reason::Unreachable,
-                "the object is foreseen not to move".into(),
-            ));
-        }
+        refuse_if(path.norm() == 0.0, Reason::Unreachable, || {
+            "the object is foreseen not to move".into()
+        })?;
         let maker = (self.version.clone(), self.model);
         let details = Details {
             yaw: turn,

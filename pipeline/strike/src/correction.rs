@@ -7,7 +7,7 @@ use values::{Command, Conditions, Interval, Point, Table};
 use world::{Shift, Simulated, Simulator, SolveSettings, SolveStatus};
 
 use crate::Reason;
-use crate::limits::{self, BrokenLimit};
+use crate::limits::{self, BrokenLimit, refuse_if};
 
 /// Distance beyond the commands learnt from up to which a launch map is asked, in half widths of their range: the arm's own scatter about its
 /// outermost commands, and no more.
@@ -87,18 +87,15 @@ impl Correction {
             Self::Launch(delivering, map) => {
                 let command = solved(delivering, from, to, conditions)?;
                 let outside = map.outside(command);
-                if outside > BEYOND {
-                    return Err((
-                        Reason::OutsideTrainedRegion,
-                        format!(
-                            "the command {:.4} m/s at {:.4} rad lies {:.0} % of half the range of those learnt from outside it; choose a \
-                             target among the training strikes' stops, or train on strikes that go there",
-                            command.speed,
-                            command.angle,
-                            100.0 * outside
-                        ),
-                    ));
-                }
+                refuse_if(outside > BEYOND, Reason::OutsideTrainedRegion, || {
+                    format!(
+                        "the command {:.4} m/s at {:.4} rad lies {:.0} % of half the range of those learnt from outside it; choose a \
+                         target among the training strikes' stops, or train on strikes that go there",
+                        command.speed,
+                        command.angle,
+                        100.0 * outside
+                    )
+                })?;
                 // The world alone may not reach this target: its nearest command is then the simulated one.
                 let settings = SolveSettings::default();
                 let nearest = alone.worker().solve(from, to, conditions, &settings, None);

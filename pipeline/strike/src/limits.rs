@@ -21,6 +21,18 @@ const MOST_TURN: f64 = 0.26;
 
 pub(crate) type BrokenLimit = (Reason, String);
 
+/// Errors where a limit is broken.
+pub(crate) fn refuse_if(
+    is_broken: bool,
+    reason: Reason,
+    detail: impl FnOnce() -> String,
+) -> Result<(), BrokenLimit> {
+    match is_broken {
+        true => Err((reason, detail())),
+        false => Ok(()),
+    }
+}
+
 /// Checks that a point's coordinates are finite, and that an object that rests there lies on the table with all of its footprint.
 pub(crate) fn point(rig: &Rig, name: &str, point: Point) -> Result<(), BrokenLimit> {
     let table = &rig.table;
@@ -29,43 +41,33 @@ pub(crate) fn point(rig: &Rig, name: &str, point: Point) -> Result<(), BrokenLim
     } else {
         format!("`{name}`")
     };
-    if !point.is_finite() {
-        return Err((
-            Reason::NotFinite,
-            format!(
-                "{name} is ({}, {}); both coordinates must be finite numbers, in m",
-                point.x, point.y
-            ),
-        ));
-    }
-    if !table.contains(point) {
-        return Err((
-            Reason::OffTable,
-            format!(
-                "{name} {} is off the table, x in {} and y in {} m; choose a point on it",
-                place(point),
-                range(table.x),
-                range(table.y)
-            ),
-        ));
-    }
+    refuse_if(!point.is_finite(), Reason::NotFinite, || {
+        format!(
+            "{name} is ({}, {}); both coordinates must be finite numbers, in m",
+            point.x, point.y
+        )
+    })?;
+    refuse_if(!table.contains(point), Reason::OffTable, || {
+        format!(
+            "{name} {} is off the table, x in {} and y in {} m; choose a point on it",
+            place(point),
+            range(table.x),
+            range(table.y)
+        )
+    })?;
     let (_, footprint) = sizes(rig);
     let room = (point.x - table.x.low)
         .min(table.x.high - point.x)
         .min(point.y - table.y.low)
         .min(table.y.high - point.y);
     // The rounding of decimals decides nothing.
-    if room < footprint - 1e-9 {
-        return Err((
-            Reason::OffTable,
-            format!(
-                "an object at {name} {} reaches {footprint:.4} m around it, and the table's edge is {room:.4} m away; choose a point \
-                 farther in",
-                place(point)
-            ),
-        ));
-    }
-    Ok(())
+    refuse_if(room < footprint - 1e-9, Reason::OffTable, || {
+        format!(
+            "an object at {name} {} reaches {footprint:.4} m around it, and the table's edge is {room:.4} m away; choose a point \
+             farther in",
+            place(point)
+        )
+    })
 }
 
 /// Checks that both points are finite, on the table, and apart.
@@ -73,17 +75,13 @@ pub(crate) fn points(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimi
     point(rig, "from", from)?;
     point(rig, "to", to)?;
     let distance = from.distance(to);
-    if distance < SHORTEST_PATH {
-        return Err((
-            Reason::Unreachable,
-            format!(
-                "`to` lies {:.1} mm from `from`; a strike moves the object at least {:.0} mm",
-                distance * 1e3,
-                SHORTEST_PATH * 1e3
-            ),
-        ));
-    }
-    Ok(())
+    refuse_if(distance < SHORTEST_PATH, Reason::Unreachable, || {
+        format!(
+            "`to` lies {:.1} mm from `from`; a strike moves the object at least {:.0} mm",
+            distance * 1e3,
+            SHORTEST_PATH * 1e3
+        )
+    })
 }
 
 /// Checks that path and target lie where training strikes went.
@@ -161,45 +159,42 @@ struct TrainedRange {
 
 impl TrainedRange {
     fn check(&self) -> Result<(), BrokenLimit> {
-        if self.is_trained {
-            return Ok(());
-        }
-        Err((
-            Reason::OutsideTrainedRegion,
+        refuse_if(!self.is_trained, Reason::OutsideTrainedRegion, || {
             format!(
                 "{} is {:.4}, trained is {}; {}, or train on strikes that go there",
                 self.quantity,
                 self.value,
                 range(self.trained),
                 self.mend
-            ),
-        ))
+            )
+        })
     }
 }
 
 /// Checks that the arm may be sent the command. `simulated` is the part of it that the world gave.
 pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result<(), BrokenLimit> {
     let robot = &rig.robot;
-    if !robot.speed.contains(command.speed) {
-        let mend = if command.speed < robot.speed.low {
-            "choose a target farther from the object"
-        } else {
-            "choose a target nearer to the object"
-        };
-        return Err((
-            Reason::SpeedLimit,
+    refuse_if(
+        !robot.speed.contains(command.speed),
+        Reason::SpeedLimit,
+        || {
+            let way = match command.speed < robot.speed.low {
+                true => "farther from",
+                false => "nearer to",
+            };
             format!(
-                "the speed {:.4} m/s (simulated {:.4}, residual {:+.4}) is outside robot.speed {} m/s; {mend}",
+                "the speed {:.4} m/s (simulated {:.4}, residual {:+.4}) is outside robot.speed {} m/s; choose a target {way} the object",
                 command.speed,
                 simulated.speed,
                 command.speed - simulated.speed,
                 range(robot.speed)
-            ),
-        ));
-    }
-    if !robot.angle.contains(command.angle) {
-        return Err((
-            Reason::AngleLimit,
+            )
+        },
+    )?;
+    refuse_if(
+        !robot.angle.contains(command.angle),
+        Reason::AngleLimit,
+        || {
             format!(
                 "the angle {:.4} rad (simulated {:.4}, residual {:+.4}) is outside robot.angle {} rad; \
                  lay the object more in line with its target",
@@ -207,10 +202,9 @@ pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result
                 simulated.angle,
                 command.angle - simulated.angle,
                 range(robot.angle)
-            ),
-        ));
-    }
-    Ok(())
+            )
+        },
+    )
 }
 
 /// Checks that the final command, simulated without its residual, stops no farther from the target than what the residual may make good (m).
@@ -246,16 +240,12 @@ pub(crate) fn shifted_on_table(table: &values::Table, stop: Point) -> Result<(),
 
 /// Checks that what a residual adds, in this unit, lies in a range.
 pub(crate) fn added(unit: &str, added: f64, most: Interval) -> Result<(), BrokenLimit> {
-    if most.contains(added) {
-        return Ok(());
-    }
-    Err((
-        Reason::ResidualTooLarge,
+    refuse_if(!most.contains(added), Reason::ResidualTooLarge, || {
         format!(
             "the residual adds {added:+.4} {unit}, by what it learnt it adds {} {unit}; use the --model without it, or train it anew",
             range(most)
-        ),
-    ))
+        )
+    })
 }
 
 fn residual_too_large(stop: Point, detail: &str) -> BrokenLimit {
@@ -281,32 +271,29 @@ pub(crate) fn second_push(
     let mut t = 0.0;
     while t <= end {
         let now = gap(t);
-        if has_parted && now < SECOND_PUSH_MARGIN {
-            return Err((
-                Reason::SecondPush,
+        refuse_if(
+            has_parted && now < SECOND_PUSH_MARGIN,
+            Reason::SecondPush,
+            || {
                 format!(
                     "{:.2} s after the impact the tip comes within {:.1} mm of the object again, {:.1} mm is the least; choose a target \
                      farther away, or raise robot.acceleration if the arm can do more",
                     t,
                     now * 1e3,
                     SECOND_PUSH_MARGIN * 1e3
-                ),
-            ));
-        }
+                )
+            },
+        )?;
         has_parted |= now >= SECOND_PUSH_MARGIN;
         t += 1.0 / SAMPLES;
     }
-    if has_parted {
-        return Ok(());
-    }
-    Err((
-        Reason::SecondPush,
+    refuse_if(!has_parted, Reason::SecondPush, || {
         format!(
             "tip and object never part by {:.1} mm: the tip pushes; choose a target farther away, or raise robot.acceleration if the \
              arm can do more",
             SECOND_PUSH_MARGIN * 1e3
-        ),
-    ))
+        )
+    })
 }
 
 /// Distance in m of tip's and object's centre beyond which they cannot touch, and by how much (m) the object's footprint reaches
@@ -324,12 +311,9 @@ pub(crate) fn sizes(rig: &Rig) -> (f64, f64) {
 /// How far (rad) a box that is seen at this yaw (rad) is turned from one whose faces lie along the table's axes: a quarter or half of a
 /// turn changes nothing. None where it is not, and for what is round.
 pub(crate) fn turn(rig: &Rig, yaw: f64) -> Result<Option<f64>, BrokenLimit> {
-    if !yaw.is_finite() {
-        return Err((
-            Reason::NotFinite,
-            format!("`yaw` is {yaw}; it must be a finite number, in rad"),
-        ));
-    }
+    refuse_if(!yaw.is_finite(), Reason::NotFinite, || {
+        format!("`yaw` is {yaw}; it must be a finite number, in rad")
+    })?;
     let Some([x, y]) = rig.object.solid.half_sides() else {
         return Ok(None);
     };

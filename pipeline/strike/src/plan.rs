@@ -12,7 +12,7 @@ use world::{Filter, Shift};
 
 use crate::about::program;
 use crate::epoch::Epoch;
-use crate::limits::{self, BrokenLimit};
+use crate::limits::{self, BrokenLimit, refuse_if};
 use crate::stroke::Stroke;
 use crate::{Reason, clearance};
 
@@ -223,16 +223,13 @@ impl Plan {
     /// Checks whether the plan still holds: it is no older than it is good for, and command and path are within the limits of its rig.
     pub(crate) fn check_again(&self) -> Result<(), BrokenLimit> {
         let age = self.made.elapsed();
-        if age > self.good_for {
-            return Err((
-                Reason::PlanExpired,
-                format!(
-                    "the plan is {:.1} s old, good for {:.1} s: the object may lie elsewhere; plan again",
-                    age.as_secs_f64(),
-                    self.good_for.as_secs_f64()
-                ),
-            ));
-        }
+        refuse_if(age > self.good_for, Reason::PlanExpired, || {
+            format!(
+                "the plan is {:.1} s old, good for {:.1} s: the object may lie elsewhere; plan again",
+                age.as_secs_f64(),
+                self.good_for.as_secs_f64()
+            )
+        })?;
         if let Some(set) = self.epoch.was_set() {
             return Err((Reason::PlanExpired, format!("{set}; plan again")));
         }

@@ -2,14 +2,12 @@
 
 pub mod arm;
 mod choice;
-mod dry_run;
 #[cfg(feature = "sim")]
 mod sim;
 pub mod ur;
 pub mod xarm;
 
 pub use choice::{Choice, UnknownRobot};
-pub use dry_run::DryRun;
 #[cfg(feature = "sim")]
 pub use sim::{SimRobot, TruthSource};
 
@@ -38,6 +36,28 @@ pub trait Robot {
 
     /// Stops the arm where it is, as fast as it safely can, and leaves it at rest.
     fn abort(&mut self) -> Result<(), RobotError>;
+}
+
+/// `--robot dry-run`, which moves nothing: what is planned is what there is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DryRun;
+
+impl Robot for DryRun {
+    fn name(&self) -> String {
+        "dry-run".into()
+    }
+
+    fn check(&mut self, _: &Plan) -> Result<(), RobotError> {
+        Ok(())
+    }
+
+    fn strike(&mut self, _: &Plan) -> Result<Option<StrikeRecord>, RobotError> {
+        Ok(None)
+    }
+
+    fn abort(&mut self) -> Result<(), RobotError> {
+        Ok(())
+    }
 }
 
 /// What a strike recorded.

@@ -13,7 +13,6 @@ mod model;
 mod noise;
 mod residuals;
 mod solve;
-mod statistics;
 
 pub use error::JudgeError;
 pub use evaluate::{

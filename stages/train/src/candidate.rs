@@ -5,26 +5,17 @@ use store::ResidualModel;
 
 use crate::miss::Miss;
 
-/// What may be added to a world, the plainest first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Kind {
-    /// Nothing.
-    None,
-    /// A smooth map of launches over commands.
-    LaunchMap,
-    /// The paper's networks.
-    Networks,
-}
-
-impl Kind {
-    /// Its name for a person.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::LaunchMap => "launch map",
-            Self::Networks => "networks",
-        }
+values::named! {
+    /// What may be added to a world, the plainest first.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Kind {
+        /// Nothing.
+        None = "none",
+        /// A smooth map of launches over commands.
+        LaunchMap = "launch map",
+        /// The paper's networks.
+        Networks = "networks",
     }
 }
 

@@ -14,8 +14,7 @@ use values::{Residual, Split};
 use crate::{
     Settings, TrainError,
     adam::Adam,
-    model::Model,
-    scaling::{Scaling, inputs, targets},
+    model::{Model, Scaling, inputs, targets},
     schedule::{Schedule, Verdict},
 };
 

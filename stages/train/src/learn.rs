@@ -4,12 +4,17 @@
 //! alike held out together. The plainer candidate stays unless the other is better by more than two standard errors
 //! of the difference; a launch map must do no harm to whole sessions held out, either. Strikes of [`values::Split::Test`] take no part.
 
-use crate::candidate::{Candidate, Kind};
+use std::collections::HashSet;
+
+use serde::{Deserialize, Serialize};
+use store::{ResidualModel, TrainingExtent};
+
+use crate::candidate::{Candidate, Kind, Score};
 use crate::error::TrainError;
 use crate::example::Example;
-use crate::fit::Epoch;
-use crate::learned::Learned;
+use crate::fit::{Epoch, Trained};
 use crate::learning_set::{LEAST_OF_SESSION, LearningSet};
+use crate::miss;
 use crate::settings::Settings;
 
 /// Chooses what is added to a world, and learns it. With too few strikes, nothing is.
@@ -71,4 +76,65 @@ pub fn learn(
         training,
         strikes: strikes.rows.len(),
     })
+}
+
+/// What was learnt on top of a world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Learned {
+    /// What is added.
+    pub kind: Kind,
+    /// The model; none where nothing is added.
+    pub model: Option<ResidualModel>,
+    /// Every candidate that was tried.
+    pub scores: Vec<Score>,
+    /// Distance in m between measured and predicted stop of each strike learnt from, by what is added: predicted by a model that
+    /// learnt from other commands.
+    pub misses: Vec<(String, f64)>,
+    /// What the training explains; none where nothing is added.
+    pub explained: Option<TrainingExtent>,
+    /// The first network's training; none where no network was tried.
+    pub training: Option<Trained>,
+    /// Number of strikes learnt from.
+    pub strikes: usize,
+}
+
+/// Strikes at which a curve is drawn.
+const SIZES: [usize; 7] = [10, 20, 35, 50, 100, 200, 500];
+/// Numbers of the earliest strikes to learn from for a curve: 10 to 500, those that exceed `count` cut to it, once.
+pub fn curve_sizes(count: usize) -> Vec<usize> {
+    let mut sizes = SIZES.map(|size| size.min(count)).to_vec();
+    sizes.dedup();
+    sizes
+}
+
+/// The place of the one with the least mean distance between measured and predicted stop, over the strikes that all of them predict;
+/// the first of equals, none of none. No strike that judges a version takes part.
+pub fn best(learned: &[&Learned]) -> Option<usize> {
+    let ids = |learned: &'_ Learned| -> HashSet<String> {
+        learned.misses.iter().map(|(id, _)| id.clone()).collect()
+    };
+    let common = learned
+        .iter()
+        .map(|learned| ids(learned))
+        .reduce(|all, more| all.intersection(&more).cloned().collect())?;
+    let mean = |learned: &Learned| {
+        let misses = learned.misses.iter().filter(|(id, _)| common.contains(id));
+        miss::mean(misses.map(|(_, miss)| *miss)).unwrap_or(f64::INFINITY)
+    };
+    let means = learned.iter().map(|learned| mean(learned)).enumerate();
+    means
+        .min_by(|(_, a), (_, b)| a.total_cmp(b))
+        .map(|(place, _)| place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_ends_at_all_rows() {
+        assert_eq!(curve_sizes(900), [10, 20, 35, 50, 100, 200, 500]);
+        assert_eq!(curve_sizes(120), [10, 20, 35, 50, 100, 120]);
+        assert_eq!(curve_sizes(8), [8]);
+    }
 }

@@ -10,34 +10,27 @@
 //! give the same bytes, whatever runs beside it.
 
 mod adam;
-mod best;
 mod candidate;
-mod curve;
 mod error;
 mod example;
 mod fit;
 mod groups;
 mod launch_map;
 mod learn;
-mod learned;
 mod learning_set;
 mod map_candidate;
 mod miss;
 mod model;
 mod network_candidate;
-mod scaling;
 mod schedule;
 mod settings;
 mod stages;
 
-pub use best::best;
 pub use candidate::{Kind, Score};
-pub use curve::curve_sizes;
 pub use error::TrainError;
 pub use example::{Example, examples};
 pub use fit::{Epoch, Mae, Trained, fit};
-pub use learn::learn;
-pub use learned::Learned;
+pub use learn::{Learned, best, curve_sizes, learn};
 pub use settings::Settings;
 pub use stages::Train;
 

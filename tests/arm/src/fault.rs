@@ -12,8 +12,21 @@ pub enum Step {
     Line(u32),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+/// The faults, and all of them; of one with a code, with this one.
+macro_rules! faults {
+    ($($(#[$about:meta])* $fault:ident $(($code:ty = $one:literal))?,)*) => {
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Fault {
+            $($(#[$about])* $fault $(($code))?,)*
+        }
+
+        impl Fault {
+            pub const ALL: &[Self] = &[$(Self::$fault $(($one))?,)*];
+        }
+    };
+}
+
+faults! {
     /// All connections are reset; new ones are taken.
     Reset,
     /// All connections are reset, and none is taken any more.
@@ -27,7 +40,7 @@ pub enum Fault {
     /// Replies to requests come after three seconds.
     SlowReplies,
     GarbageReply,
-    Error(u8),
+    Error(u8 = 31),
     EmergencyStop,
     /// Another program sets the mode to manual.
     OtherController,
@@ -92,52 +105,4 @@ pub enum Fault {
     NoStop,
     /// Connections that requests and stops go over are closed; reports go on.
     ControlClosed,
-}
-
-impl Fault {
-    pub const ALL: [Self; 43] = [
-        Self::Reset,
-        Self::Gone,
-        Self::HalfOpen,
-        Self::Silent,
-        Self::Garbage,
-        Self::ShortFrame,
-        Self::SlowReplies,
-        Self::GarbageReply,
-        Self::Error(31),
-        Self::EmergencyStop,
-        Self::OtherController,
-        Self::Paused,
-        Self::OffLine,
-        Self::Jump,
-        Self::Lag,
-        Self::NotANumber,
-        Self::TooSlow,
-        Self::Stuck,
-        Self::NeverReady,
-        Self::Late,
-        Self::Frozen,
-        Self::Stale,
-        Self::Repeated,
-        Self::ClockBack,
-        Self::Delayed,
-        Self::OperatorStop,
-        Self::MotorsOff,
-        Self::LostStop,
-        Self::Jogged,
-        Self::WrongPose,
-        Self::Turned,
-        Self::CannotMove,
-        Self::OtherLine,
-        Self::OtherProgram,
-        Self::SlowedDown,
-        Self::ToolChanged,
-        Self::FreeDrive,
-        Self::Deaf,
-        Self::Rebooted,
-        Self::Burst,
-        Self::Dead,
-        Self::NoStop,
-        Self::ControlClosed,
-    ];
 }

@@ -2,6 +2,8 @@
 
 use std::io::{self, Read};
 
+use crate::Model;
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// All of its bytes.
@@ -46,7 +48,7 @@ impl Request {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Reported {
     /// In µs.
     pub clock: u64,
@@ -55,8 +57,6 @@ pub struct Reported {
     pub mode: u8,
     pub waiting: u16,
     pub enabled: bool,
-    /// Motors that are off even where motion is enabled: a bit each.
-    pub off: u8,
     /// Error and warning code.
     pub codes: [u8; 2],
     /// mm and rad.
@@ -65,21 +65,10 @@ pub struct Reported {
     pub wanted: [f64; 6],
     /// mm/s.
     pub velocity: [f64; 3],
-    /// mm and rad.
-    pub tool_offset: [f64; 6],
-    /// kg.
-    pub payload: f64,
-    pub sensitivity: u8,
-    /// Gravity in the base's frame.
-    pub gravity: [f64; 3],
+    /// What the arm is and was set to.
+    pub model: Model,
     /// Jerk in mm/s³ and greatest acceleration in mm/s² of lines.
     pub ramp: [f64; 2],
-    /// mm and rad.
-    pub world_offset: [f64; 6],
-    /// Whether reduced mode, the fence and simulation are on.
-    pub modes: [bool; 3],
-    /// x high and low, y high and low, z high and low, in mm.
-    pub fence: [i16; 6],
     pub is_running: bool,
     pub is_led: bool,
     /// What scripts wrote: an answer, and the last sign of life that they read.
@@ -115,14 +104,18 @@ impl Reported {
         frame[4] = self.mode << 4 | self.state;
         frame[5..7].copy_from_slice(&self.waiting.to_be_bytes());
         put(&mut frame, 35, &self.pose);
-        let motors = if self.enabled { 0x7f & !self.off } else { 0 };
+        let motors = if self.enabled {
+            0x7f & !self.model.off
+        } else {
+            0
+        };
         frame[87] = motors;
         frame[88] = motors;
         frame[89..91].copy_from_slice(&self.codes);
-        put(&mut frame, 91, &self.tool_offset);
-        put(&mut frame, 115, &[self.payload]);
-        frame[131] = self.sensitivity;
-        put(&mut frame, 133, &self.gravity);
+        put(&mut frame, 91, &self.model.tool_offset);
+        put(&mut frame, 115, &[self.model.payload]);
+        frame[131] = self.model.sensitivity;
+        put(&mut frame, 133, &self.model.gravity);
         frame
     }
 
@@ -134,12 +127,12 @@ impl Reported {
         frame[145..147].copy_from_slice(&[7, 7]);
         let [jerk, acceleration] = self.ramp;
         put(&mut frame, 181, &[jerk, 0.0, acceleration, 0.0, 1000.0]);
-        put(&mut frame, 288, &self.world_offset);
-        let [reduced, fence, simulated] = self.modes.map(u8::from);
+        put(&mut frame, 288, &self.model.world_offset);
+        let [reduced, fence, simulated] = self.model.modes.map(u8::from);
         frame[314] = simulated;
         frame[494] = reduced | fence << 1;
         frame[495] = reduced;
-        for (i, number) in self.fence.iter().enumerate() {
+        for (i, number) in self.model.fence.iter().enumerate() {
             frame[496 + 2 * i..498 + 2 * i].copy_from_slice(&number.to_le_bytes());
         }
         frame[572] = fence;

@@ -10,6 +10,8 @@
 mod fault;
 pub mod foxglove;
 mod frames;
+mod maker;
+mod model;
 mod motion;
 mod server;
 mod shared;
@@ -19,6 +21,8 @@ mod ur;
 
 pub use fault::{Fault, Step};
 pub use frames::Request;
-pub use server::{Emulator, Listening};
-pub use state::{Event, Model};
+pub use maker::connect_to;
+pub use model::Model;
+pub use server::{Emulator, Listening, Maker};
+pub use state::Event;
 pub use table::Table;

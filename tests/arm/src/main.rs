@@ -7,10 +7,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 
 use arm::foxglove::Topic;
-use arm::{Emulator, Listening, Model, Table};
+use arm::{Emulator, Listening, Maker, Table};
 use rig::Truth;
 use values::Point;
 
@@ -33,15 +33,6 @@ struct Args {
     truth: Option<PathBuf>,
 }
 
-/// Who made the arm.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Maker {
-    /// UFACTORY's xArm7.
-    Xarm,
-    /// Universal Robots' e-Series.
-    Ur,
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let Args {
         maker,
@@ -52,12 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, ends.clone())?;
     }
-    let listening = Listening::Standard(address);
-    let mut emulator = if maker == Maker::Ur {
-        Emulator::start_ur(listening, Model::ur(), None)?
-    } else {
-        Emulator::start(listening, Model::default(), None)?
-    };
+    let mut emulator = Emulator::start(maker, Listening::Standard(address), maker.model(), None)?;
     if let Some(path) = truth {
         let truth = Truth::load(&path)?;
         let topic = &truth.rig.topics.centroid.name;

@@ -9,10 +9,21 @@ use std::time::{Duration, Instant};
 
 use crate::foxglove::Topic;
 use crate::frames::{Reported, Request};
-use crate::shared::{Shared, is_cut, is_dead, is_held, is_shut};
-use crate::state::{Event, Model, State};
+use crate::model::Model;
+use crate::shared::{Shared, is_cut, is_dead, is_held, is_shut, more};
+use crate::state::{Event, State};
 use crate::table::Table;
 use crate::{Fault, Step, ur};
+
+/// Makers whose arms are emulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Maker {
+    /// UFACTORY's xArm7.
+    #[value(name = "xarm")]
+    XArm,
+    /// Universal Robots' e-Series.
+    Ur,
+}
 
 /// From one real-time report to the next, and from one ordinary report to the next.
 const REALTIME: Duration = Duration::from_millis(4);
@@ -37,19 +48,9 @@ pub struct Emulator {
 type Serve = fn(&Shared, TcpStream);
 
 impl Emulator {
-    /// Starts one; the fault is made once, at its step.
+    /// Starts one of a maker's arm; the fault is made once, at its step.
     pub fn start(
-        listening: Listening,
-        model: Model,
-        fault: Option<(Step, Fault)>,
-    ) -> io::Result<Self> {
-        let serve: [Serve; 4] = [control, realtime, ordinary, rich];
-        let ports = [502, 30_000, 30_001, 30_002];
-        Self::serve(listening, State::new(model, fault), ports, serve)
-    }
-
-    /// Starts one of a Universal Robots arm, with two ports of scripts, RTDE and the dashboard; the fault is made once, at its step.
-    pub fn start_ur(
+        maker: Maker,
         listening: Listening,
         model: Model,
         fault: Option<(Step, Fault)>,
@@ -57,9 +58,25 @@ impl Emulator {
         /// No limit that a line could feel.
         const JERK: f64 = 1e9;
         let mut state = State::new(model, fault);
-        state.ramp[0] = JERK;
-        let serve: [Serve; 4] = [ur::script, ur::script, ur::rtde, ur::dashboard];
-        Self::serve(listening, state, [30_001, 30_002, 30_004, 29_999], serve)
+        let (ports, serve): ([u16; 4], [Serve; 4]) = match maker {
+            Maker::XArm => (
+                [502, 30_000, 30_001, 30_002],
+                [
+                    control,
+                    realtime,
+                    |shared, stream| report(shared, stream, Reported::ordinary),
+                    |shared, stream| report(shared, stream, Reported::rich),
+                ],
+            ),
+            Maker::Ur => {
+                state.ramp[0] = JERK;
+                (
+                    [30_001, 30_002, 30_004, 29_999],
+                    [ur::script, ur::script, ur::rtde, ur::dashboard],
+                )
+            }
+        };
+        Self::serve(listening, state, ports, serve)
     }
 
     fn serve(
@@ -123,6 +140,15 @@ impl Emulator {
     /// Looks at the table or changes it; none where there is none.
     pub fn table<T>(&self, look: impl FnOnce(&mut Table) -> T) -> Option<T> {
         self.shared.lock().table.as_mut().map(look)
+    }
+
+    /// Lines that came and were to be moved.
+    pub fn lines(&self) -> usize {
+        let state = self.shared.lock();
+        let events = state.events.iter();
+        events
+            .filter(|(_, event)| matches!(event, Event::Line))
+            .count()
     }
 
     /// What came, and when the fault was made.
@@ -202,17 +228,10 @@ fn control(shared: &Shared, mut stream: TcpStream) {
     let _ = stream.set_read_timeout(Some(Duration::from_millis(5)));
     let mut waiting = Vec::new();
     while !shared.ends() && !is_shut(shared, since) {
-        let mut more = [0; 512];
-        match io::Read::read(&mut stream, &mut more) {
-            Ok(0) => return,
-            Ok(count) => waiting.extend(&more[..count]),
-            Err(error)
-                if matches!(
-                    error.kind(),
-                    io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut
-                ) => {}
-            Err(_) => return,
-        }
+        let Some(came) = more(&mut stream) else {
+            return;
+        };
+        waiting.extend(came);
         if is_dead(shared, since) {
             waiting.clear();
             continue;
@@ -220,8 +239,7 @@ fn control(shared: &Shared, mut stream: TcpStream) {
         // The maker's heartbeats have no register of their own and no answer.
         while let Some(request) = whole(&mut waiting) {
             let reply = shared.lock().answer(&request);
-            let made = shared.lock().made.map(|(_, fault)| fault);
-            let reply = match made {
+            let reply = match shared.made() {
                 Some(Fault::SlowReplies) => {
                     thread::sleep(Duration::from_secs(3));
                     reply
@@ -256,11 +274,8 @@ fn realtime(shared: &Shared, mut stream: TcpStream) {
     while !shared.ends() && !is_cut(shared, since) {
         next += REALTIME;
         thread::sleep(next.saturating_duration_since(Instant::now()));
-        let (frame, made) = {
-            let mut state = shared.lock();
-            let made = state.made.map(|(_, fault)| fault);
-            (state.shown().realtime(), made)
-        };
+        let made = shared.made();
+        let frame = shared.lock().shown().realtime();
         if is_held(shared) {
             held.extend(frame);
             continue;
@@ -282,22 +297,11 @@ fn realtime(shared: &Shared, mut stream: TcpStream) {
     }
 }
 
-fn ordinary(shared: &Shared, stream: TcpStream) {
-    report(shared, stream, Reported::ordinary);
-}
-
-fn rich(shared: &Shared, stream: TcpStream) {
-    report(shared, stream, Reported::rich);
-}
-
 fn report(shared: &Shared, mut stream: TcpStream, frame: fn(&Reported) -> Vec<u8>) {
     let since = Instant::now();
     while !shared.ends() && !is_cut(shared, since) {
         let frame = frame(&shared.lock().reported());
-        if is_dead(shared, since) {
-            return;
-        }
-        if stream.write_all(&frame).is_err() {
+        if is_dead(shared, since) || stream.write_all(&frame).is_err() {
             return;
         }
         thread::sleep(ORDINARY);

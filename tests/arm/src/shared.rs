@@ -1,5 +1,7 @@
 //! What the threads of an emulator share.
 
+use std::io::{ErrorKind, Read};
+use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -16,6 +18,11 @@ pub(crate) struct Shared {
 impl Shared {
     pub(crate) fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The fault that was made.
+    pub(crate) fn made(&self) -> Option<Fault> {
+        self.lock().made.map(|(_, fault)| fault)
     }
 
     pub(crate) fn ends(&self) -> bool {
@@ -51,4 +58,17 @@ pub(crate) fn is_held(shared: &Shared) -> bool {
     const HELD: Duration = Duration::from_millis(300);
     let made = shared.lock().made;
     made.is_some_and(|(at, fault)| fault == Fault::Burst && at.elapsed() < HELD)
+}
+
+/// What came; none where the connection is over.
+pub(crate) fn more(stream: &mut TcpStream) -> Option<Vec<u8>> {
+    let mut bytes = [0; 2048];
+    match stream.read(&mut bytes) {
+        Ok(0) => None,
+        Ok(count) => Some(bytes[..count].to_vec()),
+        Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+            Some(Vec::new())
+        }
+        Err(_) => None,
+    }
 }

@@ -1,90 +1,15 @@
 //! What the controller is in, and what each request does to it.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::frames::{Reported, Request, numbers};
 use values::Point;
 
+use crate::model::Model;
 use crate::motion::Motion;
 use crate::table::Table;
 use crate::{Fault, Step};
-
-#[derive(Clone, Debug)]
-pub struct Model {
-    pub version: String,
-    /// Where the tip is at first: mm and rad.
-    pub pose: [f64; 6],
-    /// mm and rad.
-    pub tool_offset: [f64; 6],
-    /// kg.
-    pub payload: f64,
-    /// Error and warning code at first.
-    pub codes: [u8; 2],
-    pub sensitivity: u8,
-    /// Gravity in the base's frame.
-    pub gravity: [f64; 3],
-    /// mm and rad.
-    pub world_offset: [f64; 6],
-    /// Whether reduced mode, the fence and simulation are on.
-    pub modes: [bool; 3],
-    /// x high and low, y high and low, z high and low, in mm.
-    pub fence: [i16; 6],
-    pub is_stopped: bool,
-    pub is_enabled: bool,
-    /// Whether switching its motors on or off leaves its state: by the maker's protocol that is the same as a stop.
-    pub keeps_state: bool,
-    /// By how much, in mm, the arm sags when its motors are enabled and its brakes open.
-    pub sag: f64,
-    /// Motors that stay off, a bit each.
-    pub off: u8,
-    /// Whether its pendant has it: scripts are not taken.
-    pub is_local: bool,
-    /// Beyond this x, in mm, the controller says that it cannot move.
-    pub wall: f64,
-}
-
-impl Model {
-    /// A Universal Robots arm: on, its brakes released, without a limit of jerk.
-    pub fn ur() -> Self {
-        Self {
-            is_enabled: true,
-            ..Self::default()
-        }
-    }
-}
-
-/// Arms made so far: each has a serial number of its own.
-static ARMS: AtomicU32 = AtomicU32::new(0);
-
-impl Default for Model {
-    fn default() -> Self {
-        Self {
-            version: format!(
-                "7,7,XI{:06}{:04},AC1305,v2.4.0",
-                std::process::id(),
-                ARMS.fetch_add(1, Ordering::Relaxed)
-            ),
-            pose: [200.0, 0.0, 100.0, std::f64::consts::PI, 0.0, 0.0],
-            tool_offset: [0.0, 0.0, 100.0, 0.0, 0.0, 0.0],
-            payload: 0.3,
-            codes: [0, 0],
-            sensitivity: 3,
-            gravity: [0.0, 0.0, -1.0],
-            world_offset: [0.0; 6],
-            modes: [false; 3],
-            fence: [0; 6],
-            is_stopped: false,
-            is_enabled: false,
-            keeps_state: false,
-            sag: 0.0,
-            off: 0,
-            is_local: false,
-            wall: f64::INFINITY,
-        }
-    }
-}
 
 /// How late reports are, and a line begins.
 const LATE: Duration = Duration::from_millis(300);
@@ -215,7 +140,7 @@ impl State {
             table: None,
             model,
         };
-        if fault.is_some_and(|(step, _)| step == Step::Connect) {
+        if state.is_next(Step::Connect) {
             state.make_fault();
         }
         state
@@ -441,29 +366,33 @@ impl State {
     /// What the real-time report shows now.
     pub(crate) fn shown(&mut self) -> Reported {
         let (now, reported) = (Instant::now(), self.reported());
-        self.shown.push_back((now, reported));
+        self.shown.push_back((now, reported.clone()));
         while let Some((first, _)) = self.shown.front()
             && now.duration_since(*first) > 2 * LATE
         {
             self.shown.pop_front();
         }
-        match self.made {
-            Some((_, Fault::Late)) => {
+        let Some((_, fault)) = self.made else {
+            return reported;
+        };
+        let frozen = self.frozen.clone();
+        match (fault, frozen) {
+            (Fault::Late, _) => {
                 let is_old = |at: &Instant| now.duration_since(*at) >= LATE;
                 let old = self.shown.iter().rev().find(|(at, _)| is_old(at));
-                let first = self.shown.front();
-                old.or(first).map_or(reported, |(_, old)| *old)
+                let shown = old.or(self.shown.front());
+                shown.map_or(reported, |(_, old)| old.clone())
             }
-            Some((_, Fault::Repeated)) => self.frozen.unwrap_or(reported),
-            Some((_, Fault::Stale)) => self.frozen.map_or(reported, |frozen| Reported {
+            (Fault::Repeated, Some(frozen)) => frozen,
+            (Fault::Stale, Some(frozen)) => Reported {
                 clock: reported.clock,
                 ..frozen
-            }),
-            Some((_, Fault::Frozen)) => self.frozen.map_or(reported, |frozen| Reported {
+            },
+            (Fault::Frozen, Some(frozen)) => Reported {
                 clock: reported.clock,
                 wanted: reported.wanted,
                 ..frozen
-            }),
+            },
             _ => reported,
         }
     }
@@ -502,19 +431,12 @@ impl State {
             },
             waiting,
             enabled: self.enabled,
-            off: self.model.off,
             codes: self.codes,
             pose,
             wanted,
             velocity,
-            tool_offset: self.model.tool_offset,
-            payload: self.model.payload,
-            sensitivity: self.model.sensitivity,
-            gravity: self.model.gravity,
+            model: self.model.clone(),
             ramp: self.ramp,
-            world_offset: self.model.world_offset,
-            modes: self.model.modes,
-            fence: self.model.fence,
             is_running: self
                 .script
                 .as_ref()
@@ -531,13 +453,13 @@ impl State {
             .push((Instant::now(), Event::Request(request.clone())));
         self.pass();
         let first = request.payload().first().copied().unwrap_or(0);
-        let content = match request.register() {
+        let mut content = Vec::new();
+        match request.register() {
             1 => {
-                let mut text = self.model.version.clone().into_bytes();
-                text.resize(40.max(text.len()), 0);
-                text
+                content.extend(self.model.version.bytes());
+                content.resize(40.max(content.len()), 0);
             }
-            2 => vec![0; 40],
+            2 => content = vec![0; 40],
             11 => {
                 let was_enabled = self.enabled;
                 self.enabled = request.payload().get(1) == Some(&1);
@@ -547,37 +469,28 @@ impl State {
                 if !self.model.keeps_state {
                     self.halt();
                 }
-                if self.fault.is_some_and(|(step, _)| step == Step::Enable) {
+                if self.is_next(Step::Enable) {
                     self.make_fault();
                 }
-                Vec::new()
             }
-            12 => {
-                self.set_state(first);
-                Vec::new()
-            }
-            13 => vec![self.state],
-            14 => (self.queue.len() as u16).to_be_bytes().to_vec(),
+            12 => self.set_state(first),
+            13 => content.push(self.state),
+            14 => content.extend((self.queue.len() as u16).to_be_bytes()),
             15 => {
-                if self.fault.is_some_and(|(step, _)| step == Step::Check) {
+                if self.is_next(Step::Check) {
                     self.make_fault();
                 }
-                self.codes.to_vec()
+                content.extend(self.codes);
             }
             16 => {
                 self.events.push((Instant::now(), Event::Cleared));
                 self.codes[0] = 0;
-                Vec::new()
             }
             17 => {
                 self.events.push((Instant::now(), Event::Cleared));
                 self.codes[1] = 0;
-                Vec::new()
             }
-            19 => {
-                self.mode = first;
-                Vec::new()
-            }
+            19 => self.mode = first,
             // Only checked, from where the arm is or from what was checked before: two bytes of waiting requests, and the code.
             21 if request.payload().get(42).is_some_and(|only| *only != 0) => {
                 let only = request.payload()[42];
@@ -586,7 +499,7 @@ impl State {
                 self.checked = (only != 2).then_some(to);
                 self.events.push((Instant::now(), Event::Checked(from, to)));
                 let cannot = self.is_made(Fault::CannotMove) || from.max(to) > self.model.wall;
-                vec![0, 0, if cannot { 23 } else { 0 }]
+                content.extend([0, 0, if cannot { 23 } else { 0 }]);
             }
             21 => {
                 self.line_came();
@@ -598,23 +511,16 @@ impl State {
                     self.queue.push_back(line);
                     self.pass();
                 }
-                self.queue.len().to_be_bytes()[6..].to_vec()
+                content.extend((self.queue.len() as u16).to_be_bytes());
             }
-            31 => {
-                self.ramp[0] = request.float(0);
-                Vec::new()
+            31 => self.ramp[0] = request.float(0),
+            32 => self.ramp[1] = request.float(0),
+            41 => {
+                let pose = self.answered_pose();
+                content.extend(pose.iter().flat_map(|v| (*v as f32).to_le_bytes()));
             }
-            32 => {
-                self.ramp[1] = request.float(0);
-                Vec::new()
-            }
-            41 => self
-                .answered_pose()
-                .iter()
-                .flat_map(|number| (*number as f32).to_le_bytes())
-                .collect(),
-            _ => vec![0; 32],
-        };
+            _ => content = vec![0; 32],
+        }
         let is_ready = self.enabled && self.state <= READY;
         let mut status = if is_ready { 0 } else { 0x10 };
         if self.codes[0] != 0 {

@@ -2,13 +2,13 @@
 //!
 //! Poses of the arm are mm and, in place of roll, pitch and yaw, a rotation vector.
 
-use std::io::{self, Read, Write};
+use std::io::Write;
 use std::net::{Shutdown, TcpStream};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::frames::Reported;
-use crate::shared::{Shared, is_cut, is_dead, is_held, is_shut};
+use crate::shared::{Shared, is_cut, is_dead, is_held, is_shut, more};
 use crate::{Fault, Step};
 
 /// What a script is looked for so often.
@@ -58,10 +58,10 @@ fn value(name: &str, shown: &Reported) -> Vec<u8> {
         "actual_TCP_pose" => doubles(&metres(shown.pose)),
         "target_TCP_pose" => doubles(&metres(shown.wanted)),
         "actual_TCP_speed" | "target_TCP_speed" => doubles(&[x, y, z, 0.0, 0.0, 0.0]),
-        "tcp_offset" => doubles(&metres(shown.tool_offset)),
-        "payload" => doubles(&[shown.payload]),
+        "tcp_offset" => doubles(&metres(shown.model.tool_offset)),
+        "payload" => doubles(&[shown.model.payload]),
         "target_speed_fraction" | "speed_scaling" => {
-            doubles(&[if shown.modes[0] { 0.5 } else { 1.0 }])
+            doubles(&[if shown.model.modes[0] { 0.5 } else { 1.0 }])
         }
         "robot_mode" => (if shown.enabled { 7i32 } else { 3 }).to_be_bytes().into(),
         "safety_mode" => {
@@ -197,11 +197,8 @@ fn samples(
     while !shared.ends() && !is_cut(shared, since) {
         next += Duration::from_secs_f64(1.0 / rate);
         thread::sleep(next.saturating_duration_since(Instant::now()));
-        let (shown, made) = {
-            let mut state = shared.lock();
-            let made = state.made.map(|(_, fault)| fault);
-            (state.shown(), made)
-        };
+        let made = shared.made();
+        let shown = shared.lock().shown();
         if made == Some(Fault::Silent) || is_dead(shared, since) {
             continue;
         }
@@ -224,24 +221,6 @@ fn samples(
         if stream.write_all(&bytes).is_err() {
             return;
         }
-    }
-}
-
-/// What came; none where the connection is over.
-fn more(stream: &mut TcpStream) -> Option<Vec<u8>> {
-    let mut bytes = [0; 2048];
-    match stream.read(&mut bytes) {
-        Ok(0) => None,
-        Ok(count) => Some(bytes[..count].to_vec()),
-        Err(error)
-            if matches!(
-                error.kind(),
-                io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut
-            ) =>
-        {
-            Some(Vec::new())
-        }
-        Err(_) => None,
     }
 }
 
@@ -296,14 +275,8 @@ pub(crate) fn dashboard(shared: &Shared, mut stream: TcpStream) {
                     "get serial number" => state.serial().replace(char::is_alphabetic, ""),
                     "get robot model" => "UR5".into(),
                     "is in remote control" => (!state.model.is_local).to_string(),
-                    "robotmode" => {
-                        let mode = if shown.enabled {
-                            "RUNNING"
-                        } else {
-                            "POWER_OFF"
-                        };
-                        format!("Robotmode: {mode}")
-                    }
+                    "robotmode" if shown.enabled => "Robotmode: RUNNING".into(),
+                    "robotmode" => "Robotmode: POWER_OFF".into(),
                     "safetymode" => "Safetymode: NORMAL".into(),
                     "safetystatus" => "Safetystatus: NORMAL".into(),
                     "running" => format!("Program running: {}", shown.is_running),
@@ -315,7 +288,7 @@ pub(crate) fn dashboard(shared: &Shared, mut stream: TcpStream) {
                     other => format!("could not understand: {other}"),
                 }
             };
-            let made = shared.lock().made.map(|(_, fault)| fault);
+            let made = shared.made();
             if made == Some(Fault::SlowReplies) {
                 thread::sleep(Duration::from_secs(3));
             }

@@ -2,12 +2,13 @@
 
 use std::fs;
 
+use anyhow::anyhow;
 use serde_json::Value;
 use store::{Key, Model, SIGNATURE, Store};
 use strike::{Planner, batch};
 
+use super::Reads;
 use super::seeds;
-use super::target::Reads;
 
 /// Lines of a batch that are planned or refused.
 pub(super) fn lines() -> Vec<Vec<u8>> {
@@ -21,7 +22,7 @@ pub(super) fn lines() -> Vec<Vec<u8>> {
 }
 
 /// Plans a batch: every line that is not empty has one answer, an object on a line of its own.
-pub(super) fn batch_reader() -> impl Fn(&[u8]) -> Result<(), String> {
+pub(super) fn batch_reader() -> impl Fn(&[u8]) -> anyhow::Result<()> {
     let folder = tempfile::tempdir().expect("a folder");
     let store = Store::open(folder.path());
     store.publish(&seeds::contents()).expect("a version");
@@ -29,7 +30,7 @@ pub(super) fn batch_reader() -> impl Fn(&[u8]) -> Result<(), String> {
     let planner = Planner::new(&artifact, Model::Nominal).expect("a planner");
     move |input| {
         let mut output = Vec::new();
-        let tally = batch::run(&planner, input, &mut output).map_err(|error| error.to_string())?;
+        let tally = batch::run(&planner, input, &mut output)?;
         let answers: Vec<Value> = output
             .split(|byte| *byte == b'\n')
             .filter(|line| !line.is_empty())
@@ -41,7 +42,7 @@ pub(super) fn batch_reader() -> impl Fn(&[u8]) -> Result<(), String> {
             .find(|answer| answer.get("refused").is_some())
         {
             None => Ok(()),
-            Some(refusal) => Err(refusal["detail"].to_string()),
+            Some(refusal) => Err(anyhow!(refusal["detail"].to_string())),
         }
     }
 }
@@ -64,10 +65,8 @@ pub(super) fn signatures() -> (Vec<Vec<u8>>, Reads) {
     let whole = fs::read(&path).expect("a signature");
     let read = move |input: &[u8]| {
         let _kept = &folder;
-        fs::write(&path, input).map_err(|error| error.to_string())?;
-        let (_, sequence) = store
-            .load_trusted(None, &key)
-            .map_err(|error| error.to_string())?;
+        fs::write(&path, input)?;
+        let (_, sequence) = store.load_trusted(None, &key)?;
         assert_eq!(sequence, 1, "a forged count passes");
         Ok(())
     };

@@ -1,5 +1,6 @@
 //! Image messages: what a camera's driver, or a damaged log, may send.
 
+use anyhow::{Context, anyhow};
 use render::{Moment, Optics, Picture, Renderer, Scene};
 use track::{Decoder, ImageMessage, Tracker};
 use values::{Colour, Rig, Shape};
@@ -75,21 +76,19 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
 }
 
 /// Decodes a message and looks for the object in it.
-pub(super) fn reader() -> impl Fn(&[u8]) -> Result<(), String> {
+pub(super) fn reader() -> impl Fn(&[u8]) -> anyhow::Result<()> {
     let tracker = Tracker::new(&rig()).expect("complete");
     move |input| {
-        let (which, data) = input.split_first().ok_or("empty")?;
+        let (which, data) = input.split_first().context("empty")?;
         let (schema, encoding) = TYPES[usize::from(*which) % TYPES.len()];
-        let message = ImageMessage::parse(schema, encoding, data);
-        let message = message.map_err(|error| error.to_string())?;
+        let message = ImageMessage::parse(schema, encoding, data)?;
         let mut decoder = Decoder::default();
-        let image = decoder.decode(&message);
-        let image = image.map_err(|error| error.to_string())?;
+        let image = decoder.decode(&message)?;
         assert_eq!(image.rgb.len(), 3 * image.width * image.height);
         let seen = tracker.observe(image);
         seen.centre
             .map(drop)
-            .map_err(|reason| reason.name().to_owned())
+            .map_err(|reason| anyhow!(reason.name()))
     }
 }
 
@@ -139,7 +138,7 @@ fn fixed(tag: u8, number: u32) -> Vec<u8> {
 }
 
 /// A field of protobuf: bytes behind their length.
-fn bytes(tag: u8, content: &[u8]) -> Vec<u8> {
+pub(super) fn bytes(tag: u8, content: &[u8]) -> Vec<u8> {
     let mut field = vec![tag << 3 | 2];
     let mut length = content.len();
     while length > 127 {

@@ -1,5 +1,6 @@
 //! What a server of live topics sends: control messages and frames.
 
+use anyhow::anyhow;
 use strike::{ServerMessage, read_messages};
 use values::Topics;
 
@@ -49,7 +50,7 @@ fn whole(kind: u8, message: &[u8]) -> Vec<u8> {
 }
 
 /// Reads such a sequence, as the executor does; a text that is no UTF-8 never leaves the WebSocket.
-pub(super) fn reader(topics: Topics) -> impl Fn(&[u8]) -> Result<(), String> {
+pub(super) fn reader(topics: Topics) -> impl Fn(&[u8]) -> anyhow::Result<()> {
     move |mut input| {
         let mut messages = Vec::new();
         while let Some(([low, high, kind], rest)) = input.split_first_chunk() {
@@ -61,6 +62,8 @@ pub(super) fn reader(topics: Topics) -> impl Fn(&[u8]) -> Result<(), String> {
             }
             input = more;
         }
-        read_messages(&topics, &messages).map(drop)
+        read_messages(&topics, &messages)
+            .map(drop)
+            .map_err(|why| anyhow!(why))
     }
 }

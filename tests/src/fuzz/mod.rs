@@ -10,7 +10,6 @@ mod live;
 mod mutate;
 mod seeds;
 mod segmenter;
-mod target;
 mod targets;
 
 use std::collections::HashSet;
@@ -20,8 +19,18 @@ use std::time::{Duration, Instant};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-pub use target::{Reads, Target};
 pub use targets::targets;
+
+/// Something that reads bytes.
+pub struct Target {
+    pub name: &'static str,
+    pub seeds: Vec<Vec<u8>>,
+    pub words: Vec<&'static str>,
+    pub read: Reads,
+}
+
+/// Reads an input, or says why not.
+pub type Reads = Box<dyn Fn(&[u8]) -> anyhow::Result<()> + Send + Sync>;
 
 /// Inputs that are gone on from, at the most.
 const LARGEST_CORPUS: usize = 500;
@@ -70,7 +79,7 @@ pub fn fuzz(target: &Target, seed: u64, budget: Budget) -> Result<FuzzCounts, Bo
                     &corpus
                 };
                 let mut input = from[random.random_range(0..from.len())].clone();
-                mutate::mutate(&mut input, &corpus, target.words, &mut random);
+                mutate::mutate(&mut input, &corpus, &target.words, &mut random);
                 input.truncate(LONGEST);
                 input
             }
@@ -102,7 +111,7 @@ pub fn answer(target: &Target, input: &[u8]) -> Result<Result<(), String>, Box<F
     if took > SLOWEST {
         return Err(found(format!("it takes {:.0} s", took.as_secs_f64())));
     }
-    Ok(answer)
+    Ok(answer.map_err(|error| error.to_string()))
 }
 
 /// An answer without its numbers and names.

@@ -14,6 +14,8 @@ use values::{Point, Rig, Shape, StopErrors};
 use world::effects::{EFFECTS, Parameters};
 use world::{AddedEffect, Estimate, World};
 
+use super::images::bytes;
+
 const POINT_STAMPED: &str = "# A point.\nstd_msgs/Header header\nPoint point\n\
     ================================================================================\n\
     MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n\
@@ -136,21 +138,9 @@ pub(super) fn json() -> Vec<Vec<u8>> {
     .collect()
 }
 
-/// A field of a message, in protobuf's wire format: a number, or bytes behind their length.
+/// A field of a message, in protobuf's wire format: a number.
 fn number(tag: u8, value: u8) -> Vec<u8> {
     vec![tag << 3, value]
-}
-
-fn bytes(tag: u8, content: &[u8]) -> Vec<u8> {
-    let length = content.len();
-    let mut field = vec![tag << 3 | 2];
-    if length < 128 {
-        field.push(length as u8);
-    } else {
-        field.extend([(length % 128) as u8 | 128, (length / 128) as u8]);
-    }
-    field.extend(content);
-    field
 }
 
 /// What protoc puts out for a stamped point, and a message of it.

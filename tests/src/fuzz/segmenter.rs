@@ -3,12 +3,13 @@
 use std::io::BufWriter;
 use std::sync::Mutex;
 
+use anyhow::anyhow;
 use ingest::{Ingest, LogOutcome, ingest_log};
 use logs::write::{RecordingWriter, Samples, Stamped, StateSample};
 use rig::Sim;
 use values::{Command, Point, Rig, Shape};
 
-use super::target::Reads;
+use super::Reads;
 
 /// Bytes of a message: its topic, stamp, and two values.
 const MESSAGE: usize = 25;
@@ -83,22 +84,20 @@ pub(super) fn reader() -> Reads {
     let rig = Rig::demo(Shape::Cylinder);
     Box::new(move |input| {
         let _kept = &folder;
-        let path = path.lock().map_err(|error| error.to_string())?;
-        let file = std::fs::File::create(&*path).map_err(|error| error.to_string())?;
-        let writer = RecordingWriter::new(BufWriter::new(file), &rig.topics);
-        let mut writer = writer.map_err(|error| error.to_string())?;
+        let path = path.lock().map_err(|error| anyhow!("{error}"))?;
+        let file = std::fs::File::create(&*path)?;
+        let mut writer = RecordingWriter::new(BufWriter::new(file), &rig.topics)?;
         for bytes in input.chunks(MESSAGE) {
             let Some(samples) = message(bytes) else { break };
-            writer.write(&samples).map_err(|error| error.to_string())?;
+            writer.write(&samples)?;
         }
-        writer.finish().map_err(|error| error.to_string())?;
-        let outcome =
-            ingest_log(&path, &rig, &Ingest::default()).map_err(|error| error.to_string())?;
+        writer.finish()?;
+        let outcome = ingest_log(&path, &rig, &Ingest::default())?;
         check(&outcome);
         let reasons: Vec<&str> = outcome.rejects.iter().map(|it| it.reason.name()).collect();
         match &reasons[..] {
             [] => Ok(()),
-            reasons => Err(reasons.join(" ")),
+            reasons => Err(anyhow!(reasons.join(" "))),
         }
     })
 }

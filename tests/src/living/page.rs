@@ -70,34 +70,23 @@ pub fn page(outcomes: &[Outcome]) -> String {
     }
     text += "## The promise\n\nMean of (miss / expected miss)², over all, and by thirds of the expected miss. Without recent strikes a plan says \
              \"if the table is as it was\".\n\n| | plans | all | least third | middle | greatest |\n|---|---|---|---|---|---|\n";
-    for (name, chosen) in [
-        (
-            "steady, none seen",
-            &(|o: &Outcome| o.case == Case::Steady && o.recent == 0) as &dyn Fn(&Outcome) -> bool,
-        ),
-        ("steady, after strikes", &|o: &Outcome| {
-            o.case == Case::Steady && o.recent > 0
-        }),
-        ("noon, after one", &|o: &Outcome| {
-            o.case == Case::Noon && o.recent == 1
-        }),
-        ("noon, after two and more", &|o: &Outcome| {
-            o.case == Case::Noon && o.recent > 1
-        }),
+    const MANY: usize = usize::MAX;
+    for (name, case, recent) in [
+        ("steady, none seen", Case::Steady, 0..=0),
+        ("steady, after strikes", Case::Steady, 1..=MANY),
+        ("noon, after one", Case::Noon, 1..=1),
+        ("noon, after two and more", Case::Noon, 2..=MANY),
         (
             "noon, the second bad, after two and more",
-            &|o: &Outcome| o.case == Case::NoonBad && o.recent > 1,
+            Case::NoonBad,
+            2..=MANY,
         ),
-        ("steady, the first bad, after one", &|o: &Outcome| {
-            o.case == Case::SteadyBad && o.recent == 1
-        }),
-        ("wander, after strikes", &|o: &Outcome| {
-            o.case == Case::Wander && o.recent > 0
-        }),
+        ("steady, the first bad, after one", Case::SteadyBad, 1..=1),
+        ("wander, after strikes", Case::Wander, 1..=MANY),
     ] {
-        let of = outcomes
-            .iter()
-            .filter(|o| o.method == Method::Filter && chosen(o));
+        let is_chosen = |o: &&Outcome| o.case == case && recent.contains(&o.recent);
+        let of = outcomes.iter().filter(|o| o.method == Method::Filter);
+        let of = of.filter(is_chosen);
         let mut pairs: Vec<(f64, f64)> = of
             .filter_map(|outcome| Some((outcome.promise?, outcome.miss)))
             .collect();

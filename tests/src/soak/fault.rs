@@ -11,48 +11,31 @@ use rand_chacha::ChaCha8Rng;
 
 use super::folder::{Ended, Folder, WORKED, ended};
 
-/// What goes wrong in a night.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// Killed at a step on the disk, in the middle of a write.
-    KilledAtStep,
-    KilledAtMoment,
-    DiskFull,
-    /// A step fails otherwise.
-    DiskBroken,
-    LogCut,
-    LogFlipped,
-    LogCopied,
-    /// A file among the logs is none.
-    LogForeign,
-    /// Bytes of the cache are changed, or cut off.
-    CacheDamaged,
-    VersionDamaged,
-    TwoAtOnce,
+values::named! {
+    /// What goes wrong in a night.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Fault {
+        /// Killed at a step on the disk, in the middle of a write.
+        KilledAtStep = "killed at a step",
+        KilledAtMoment = "killed at a moment",
+        DiskFull = "disk full",
+        /// A step fails otherwise.
+        DiskBroken = "disk broken",
+        LogCut = "log cut",
+        LogFlipped = "log flipped",
+        LogCopied = "log copied",
+        /// A file among the logs is none.
+        LogForeign = "foreign file",
+        /// Bytes of the cache are changed, or cut off.
+        CacheDamaged = "cache damaged",
+        VersionDamaged = "version damaged",
+        TwoAtOnce = "two at once",
+    }
 }
-
-const ALL: [(Fault, &str); 11] = [
-    (Fault::KilledAtStep, "killed at a step"),
-    (Fault::KilledAtMoment, "killed at a moment"),
-    (Fault::DiskFull, "disk full"),
-    (Fault::DiskBroken, "disk broken"),
-    (Fault::LogCut, "log cut"),
-    (Fault::LogFlipped, "log flipped"),
-    (Fault::LogCopied, "log copied"),
-    (Fault::LogForeign, "foreign file"),
-    (Fault::CacheDamaged, "cache damaged"),
-    (Fault::VersionDamaged, "version damaged"),
-    (Fault::TwoAtOnce, "two at once"),
-];
 
 impl Fault {
     pub fn draw(random: &mut ChaCha8Rng) -> Self {
-        ALL[random.random_range(0..ALL.len())].0
-    }
-
-    pub fn name(self) -> &'static str {
-        let named = ALL.iter().find(|(fault, _)| *fault == self);
-        named.map_or("", |(_, name)| name)
+        Self::ALL[random.random_range(0..Self::ALL.len())]
     }
 
     /// Runs a night with the fault, and mends what a person would.

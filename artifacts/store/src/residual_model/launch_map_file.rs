@@ -3,7 +3,7 @@
 use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, TensorView};
 
-use super::error::ResidualModelError;
+use super::networks::ResidualModelError;
 use crate::launch_map::{FEATURES, LaunchMap, LaunchMapError, Parts, SmoothMap};
 use crate::network::NetworkError;
 

@@ -4,8 +4,8 @@ use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, TensorView};
 use serde::{Deserialize, Serialize};
 
-use super::error::{MOST_NETWORKS, ResidualModelError};
-use crate::network::Network;
+use crate::launch_map::LaunchMapError;
+use crate::network::{Network, NetworkError};
 
 /// Networks whose answers are averaged: one at least, [`MOST_NETWORKS`] at most.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -97,4 +97,21 @@ impl From<Networks> for Vec<Network> {
     fn from(networks: Networks) -> Self {
         networks.0
     }
+}
+
+/// Most networks whose mean is taken.
+pub const MOST_NETWORKS: usize = 16;
+
+/// Why a file holds no residual model. Texts complete "failed to …".
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
+pub enum ResidualModelError {
+    #[error(transparent)]
+    Network(#[from] NetworkError),
+    #[error(transparent)]
+    LaunchMap(#[from] LaunchMapError),
+    #[error(
+        "read the residual's weights: they are of {found} networks, there must be 1 to {MOST_NETWORKS}"
+    )]
+    Count { found: usize },
 }

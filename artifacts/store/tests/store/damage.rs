@@ -15,13 +15,8 @@ fn refusal(damage: impl FnOnce(&Path)) -> ArtifactError {
     let (_dir, store) = published(&with_effect());
     damage(&store.version_dir("v0001"));
     let error = store.load(None).expect_err("damaged");
-    assert_eq!(
-        store
-            .verify(Some("v0001"))
-            .expect_err("damaged")
-            .to_string(),
-        error.to_string()
-    );
+    let verified = store.verify(Some("v0001")).expect_err("damaged");
+    assert_eq!(verified.to_string(), error.to_string());
     error
 }
 
@@ -30,14 +25,14 @@ fn manifest(change: impl FnOnce(&mut serde_json::Value)) -> impl FnOnce(&Path) {
     |dir| {
         let path = dir.join("manifest.json");
         let mut value: serde_json::Value =
-            serde_json::from_slice(&fs::read(&path).expect("reads")).expect("JSON");
+            serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
         change(&mut value);
         let mut text = |hash: String| {
             value["sha256"] = hash.into();
-            serde_json::to_string_pretty(&value).expect("JSON")
+            serde_json::to_string_pretty(&value).unwrap()
         };
         let hash = sha256(text("0".repeat(64)).as_bytes());
-        fs::write(path, text(hash)).expect("writes");
+        fs::write(path, text(hash)).unwrap();
     }
 }
 
@@ -45,8 +40,8 @@ fn manifest(change: impl FnOnce(&mut serde_json::Value)) -> impl FnOnce(&Path) {
 fn forged(name: &'static str, content: impl FnOnce(Vec<u8>) -> Vec<u8>) -> impl FnOnce(&Path) {
     move |dir| {
         let path = dir.join(name);
-        let bytes = content(fs::read(&path).expect("reads"));
-        fs::write(&path, &bytes).expect("writes");
+        let bytes = content(fs::read(&path).unwrap());
+        fs::write(&path, &bytes).unwrap();
         let sha256 = sha256(&bytes);
         manifest(|value| {
             value["files"][name] = json!({"sha256": sha256, "size": bytes.len()});
@@ -56,7 +51,7 @@ fn forged(name: &'static str, content: impl FnOnce(Vec<u8>) -> Vec<u8>) -> impl 
 
 fn replace(from: &'static str, to: &'static str) -> impl FnOnce(Vec<u8>) -> Vec<u8> {
     move |bytes| {
-        let text = String::from_utf8(bytes).expect("text");
+        let text = String::from_utf8(bytes).unwrap();
         assert!(text.contains(from), "{text}");
         text.replace(from, to).into_bytes()
     }
@@ -73,68 +68,54 @@ fn refused(damage: impl FnOnce(&Path), said: &str) {
 #[test]
 fn every_kind_of_damage_is_refused_by_name() {
     let write = |name: &'static str, content: &'static str| {
-        move |dir: &Path| fs::write(dir.join(name), content).expect("writes")
+        move |dir: &Path| fs::write(dir.join(name), content).unwrap()
     };
-    let remove =
-        |name: &'static str| move |dir: &Path| fs::remove_file(dir.join(name)).expect("removes");
+    let remove = |name: &'static str| move |dir: &Path| fs::remove_file(dir.join(name)).unwrap();
     let unlisted = |name: &'static str| {
-        manifest(move |m| drop(m["files"].as_object_mut().expect("files").remove(name)))
+        manifest(move |m| drop(m["files"].as_object_mut().unwrap().remove(name)))
     };
     let bad = "manifest.json is damaged";
 
     refused(remove("manifest.json"), "it has no manifest.json");
     refused(write("manifest.json", ""), &format!("{bad} (EOF"));
+    let (cut, few) = ("{\"schema\": 2", "{\"schema\": 2}");
+    refused(write("manifest.json", cut), &format!("{bad} (EOF"));
     refused(
-        write("manifest.json", "{\"schema\": 2"),
-        &format!("{bad} (EOF"),
-    );
-    refused(
-        write("manifest.json", "{\"schema\": 2}"),
+        write("manifest.json", few),
         &format!("{bad} (missing field"),
     );
     let sd_changed = |dir: &Path| {
         let path = dir.join("manifest.json");
-        let text = fs::read_to_string(&path).expect("reads");
+        let text = fs::read_to_string(&path).unwrap();
         assert!(text.contains("0.03"), "{text}");
-        fs::write(path, text.replacen("0.03", "0.02", 1)).expect("writes");
+        fs::write(path, text.replacen("0.03", "0.02", 1)).unwrap();
     };
     refused(sd_changed, "manifest.json was changed");
+    let set = |key: &'static str, value: serde_json::Value| manifest(move |m| m[key] = value);
     refused(
-        manifest(|m| m["colour"] = 1.into()),
+        set("colour", 1.into()),
         &format!("{bad} (unknown field `colour`"),
     );
+    refused(set("schema", 9.into()), "its layout is schema 9");
+    refused(set("carom", "9.0.0".into()), "carom 9.0.0 wrote it");
+    refused(set("carom", "".into()), "carom  wrote it");
     refused(
-        manifest(|m| m["schema"] = 9.into()),
-        "its layout is schema 9",
-    );
-    refused(
-        manifest(|m| m["carom"] = "9.0.0".into()),
-        "carom 9.0.0 wrote it",
-    );
-    refused(manifest(|m| m["carom"] = "".into()), "carom  wrote it");
-    refused(
-        manifest(|m| m["mujoco"] = "3.0.0".into()),
+        set("mujoco", "3.0.0".into()),
         "identified with MuJoCo 3.0.0",
     );
-    refused(
-        unlisted("rig.toml"),
-        "its manifest lists [residual.safetensors, residual_sysid",
-    );
+    let lists = "its manifest lists [residual.safetensors, residual_sysid";
+    refused(unlisted("rig.toml"), lists);
     let outside = manifest(|m| m["files"]["../rig.toml"] = m["files"]["rig.toml"].clone());
     refused(outside, "its manifest lists [../rig.toml");
-    refused(
-        unlisted("world_sysid.toml"),
-        "a version holds [residual.safetensors",
-    );
+    let holds = "a version holds [residual.safetensors";
+    refused(unlisted("world_sysid.toml"), holds);
     for name in ["notes.txt", ".world.toml.partial"] {
         refused(write(name, ""), &format!("{name} is no part of it"));
     }
-    let more = |dir: &Path| fs::create_dir(dir.join("more")).expect("makes");
+    let more = |dir: &Path| fs::create_dir(dir.join("more")).unwrap();
     refused(more, "more is no part of it");
-    refused(
-        unlisted("residual.safetensors"),
-        "residual.safetensors is no part of it",
-    );
+    let no_part = "residual.safetensors is no part of it";
+    refused(unlisted("residual.safetensors"), no_part);
     for name in ["residual.safetensors", "world_sysid.toml"] {
         refused(remove(name), &format!("{name} is missing"));
     }
@@ -143,30 +124,23 @@ fn every_kind_of_damage_is_refused_by_name() {
     refused(write("world.toml", ""), "world.toml has 0 bytes instead of");
     let flipped = |dir: &Path| {
         let path = dir.join("residual.safetensors");
-        let mut bytes = fs::read(&path).expect("reads");
+        let mut bytes = fs::read(&path).unwrap();
         let middle = bytes.len() / 2;
         bytes[middle] ^= 1;
-        fs::write(path, bytes).expect("writes");
+        fs::write(path, bytes).unwrap();
     };
     refused(flipped, "residual.safetensors was changed");
     let exchanged = |dir: &Path| {
         let from = dir.join("residual_sysid.safetensors");
-        fs::copy(from, dir.join("residual.safetensors")).expect("copies");
+        fs::copy(from, dir.join("residual.safetensors")).unwrap();
     };
     refused(exchanged, "residual.safetensors was changed");
-    refused(
-        forged("rig.toml", replace("mass = 0.1", "mas = 0.1")),
-        "object.mas",
-    );
-    refused(
-        forged("rig.toml", replace("mass = 0.1", "mass = 0.2")),
-        "another rig's",
-    );
-    refused(manifest(|m| m["rig"] = "00".into()), "instead of 00");
-    refused(
-        forged("world.toml", |_| vec![0xff]),
-        "world.toml makes no sense (",
-    );
+    for (mass, said) in [("mas = 0.1", "object.mas"), ("mass = 0.2", "another rig's")] {
+        refused(forged("rig.toml", replace("mass = 0.1", mass)), said);
+    }
+    refused(set("rig", "00".into()), "instead of 00");
+    let no_text = forged("world.toml", |_| vec![0xff]);
+    refused(no_text, "world.toml makes no sense (");
     for (name, from, to, said) in [
         ("world.toml", "friction", "fiction", "fiction"),
         ("world_sysid.toml", "0.25", "nan", "NaN"),
@@ -188,9 +162,7 @@ fn every_kind_of_damage_is_refused_by_name() {
     let renamed = forged("residual_sysid.safetensors", |mut bytes| {
         // Same length, another name in the header.
         let mut names = bytes.windows(6);
-        let at = names
-            .position(|window| window == b"layer0")
-            .expect("its name");
+        let at = names.position(|window| window == b"layer0").unwrap();
         bytes[at] = b'L';
         bytes
     });
@@ -198,35 +170,37 @@ fn every_kind_of_damage_is_refused_by_name() {
         renamed,
         "residual_sysid.safetensors makes no sense (failed to ",
     );
-    refused(manifest(|m| m["default_model"] = "best".into()), "best");
+    refused(set("default_model", "best".into()), "best");
+    let residual = "/explained/sysid_residual";
     for (path, wrong, said) in [
         (
-            "/explained/sysid_residual/d_speed",
+            format!("{residual}/d_speed"),
             json!([0.9, 0.5]),
-            "explained.sysid_residual.d_speed of its manifest",
+            "explained.sysid_residual.d_speed",
         ),
         (
-            "/explained/sysid_residual/displacement",
+            format!("{residual}/displacement"),
             json!(-0.1),
-            "displacement of its manifest",
+            "displacement",
         ),
         (
-            "/trained_region/stop_x",
+            "/trained_region/stop_x".into(),
             json!([0.9, 0.5]),
-            "trained_region.stop_x of its manifest",
+            "trained_region.stop_x",
         ),
         (
-            "/metrics/nominal/mean",
+            "/metrics/nominal/mean".into(),
             json!(-0.1),
-            "metrics.nominal of its manifest",
+            "metrics.nominal",
         ),
-        ("/trained_region/stop_x", json!([null, 0.5]), "null"),
     ] {
-        refused(
-            manifest(|m| *m.pointer_mut(path).expect("a key") = wrong),
-            said,
-        );
+        let wrong = manifest(|m| *m.pointer_mut(&path).unwrap() = wrong);
+        refused(wrong, &format!("{said} of its manifest"));
     }
+    refused(
+        manifest(|m| m["trained_region"]["stop_x"] = json!([null, 0.5])),
+        "null",
+    );
 }
 
 #[test]
@@ -244,8 +218,8 @@ fn a_default_model_that_is_not_there_is_refused() {
 fn a_link_in_place_of_a_file_is_refused() {
     let error = refusal(|dir| {
         let (path, elsewhere) = (dir.join("rig.toml"), dir.with_file_name("elsewhere"));
-        fs::rename(&path, &elsewhere).expect("renames");
-        std::os::unix::fs::symlink(elsewhere, path).expect("links");
+        fs::rename(&path, &elsewhere).unwrap();
+        std::os::unix::fs::symlink(elsewhere, path).unwrap();
     });
     assert!(
         error.to_string().contains("rig.toml is no part of it"),
@@ -261,11 +235,11 @@ proptest! {
     ) {
         let (_dir, store) = published(&with_effect());
         let dir = store.version_dir("v0001");
-        let name = names(&dir).into_iter().nth(file).expect("six files");
-        let mut content = fs::read(dir.join(&name)).expect("reads");
+        let name = names(&dir).into_iter().nth(file).unwrap();
+        let mut content = fs::read(dir.join(&name)).unwrap();
         let at = at.index(content.len());
         if cut { content.truncate(at) } else { content[at] ^= flip }
-        fs::write(dir.join(&name), content).expect("writes");
+        fs::write(dir.join(&name), content).unwrap();
         let error = store.load(None).expect_err("damaged").to_string();
         prop_assert!(error.starts_with("load v0001"), "{}", error);
     }
@@ -273,12 +247,12 @@ proptest! {
     #[test]
     fn manifests_read_back(mean in 0.0..1e3, low in -1e3..1e3f64, seed: u64, name: String) {
         let mut contents = contents(0.2);
-        contents.provenance.metrics.get_mut(&Model::Nominal).expect("there").mean = mean;
+        contents.provenance.metrics.get_mut(&Model::Nominal).unwrap().mean = mean;
         contents.provenance.trained_region.bearing = [low, low + 1.0].into();
         contents.provenance.seeds.insert(name.clone(), seed);
         contents.provenance.inputs[0].name = name;
         let (_dir, store) = published(&contents);
-        let manifest = store.show(None).expect("shows");
+        let manifest = store.show(None).unwrap();
         prop_assert_eq!(manifest.provenance.metrics, contents.provenance.metrics);
         prop_assert_eq!(manifest.provenance.trained_region, contents.provenance.trained_region);
         prop_assert_eq!(manifest.provenance.seeds, contents.provenance.seeds);
@@ -289,6 +263,6 @@ proptest! {
 /// A sparse file of so many bytes, and a manifest that claims them.
 fn claim_length(dir: &Path, name: &'static str, length: u64) {
     let file = fs::File::options().write(true).open(dir.join(name));
-    file.and_then(|file| file.set_len(length)).expect("grows");
+    file.and_then(|file| file.set_len(length)).unwrap();
     manifest(|value| value["files"][name]["size"] = length.into())(dir);
 }

@@ -19,7 +19,7 @@ pub fn network(scale: f32) -> Network {
         weight: numbers(SIZES[i] * SIZES[i + 1]),
         bias: numbers(SIZES[i + 1]),
     };
-    Network::new((0..LAYERS).map(layer).collect()).expect("right shapes")
+    Network::new((0..LAYERS).map(layer).collect()).unwrap()
 }
 
 fn explained() -> TrainingExtent {
@@ -74,7 +74,7 @@ pub fn contents(friction: f64) -> Contents {
             noise_floor: Some(metrics(0.001)),
             explained: [(Model::SysidResidual, explained())].into(),
             varies: [].into(),
-            trained_region: region.expect("two strikes"),
+            trained_region: region.unwrap(),
             strikes: Some(Logged {
                 count: 2,
                 last: 1.7e9,
@@ -111,28 +111,30 @@ pub fn with_effect() -> Contents {
 }
 
 pub fn published(contents: &Contents) -> (tempfile::TempDir, Store) {
-    let dir = tempfile::tempdir().expect("folder");
+    let dir = tempfile::tempdir().unwrap();
     let store = Store::open(dir.path());
-    store.publish(contents).expect("publishes");
+    store.publish(contents).unwrap();
     (dir, store)
 }
 
 pub fn names(dir: &Path) -> BTreeSet<String> {
-    let entries = fs::read_dir(dir).expect("folder");
+    let entries = fs::read_dir(dir).unwrap();
     entries
-        .map(|entry| {
-            entry
-                .expect("entry")
-                .file_name()
-                .to_string_lossy()
-                .into_owned()
-        })
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect()
 }
 
 pub fn bytes(dir: &Path) -> BTreeMap<String, Vec<u8>> {
     names(dir)
         .into_iter()
-        .map(|name| (name.clone(), fs::read(dir.join(name)).expect("reads")))
+        .map(|name| (name.clone(), fs::read(dir.join(name)).unwrap()))
         .collect()
+}
+
+/// What is wrong with a version that is refused.
+pub fn fault<T: std::fmt::Debug>(refused: Result<T, ArtifactError>) -> Fault {
+    match refused {
+        Err(ArtifactError::Unsound { fault, .. }) => fault,
+        other => panic!("{other:?}"),
+    }
 }

@@ -7,10 +7,15 @@ use objects::Place;
 use store::*;
 
 use crate::fixture::{contents, names};
-use crate::publishing::Signing;
+use crate::signing::Signing;
+
+/// Publishes contents with this friction where this version is in use; gives its name.
+fn put(place: &Place, friction: f64, instead_of: Option<&str>) -> String {
+    push(&contents(friction), place, instead_of, None).unwrap()
+}
 
 fn fresh() -> (tempfile::TempDir, Store) {
-    let dir = tempfile::tempdir().expect("folder");
+    let dir = tempfile::tempdir().unwrap();
     let store = Store::open(dir.path());
     (dir, store)
 }
@@ -18,86 +23,56 @@ fn fresh() -> (tempfile::TempDir, Store) {
 #[test]
 fn what_is_pushed_is_pulled_and_a_copy_is_used_where_the_store_fails() {
     let place = Place::in_memory();
-    assert_eq!(
-        push(&contents(0.2), &place, None, None).expect("pushes"),
-        "v0001"
-    );
-    assert_eq!(
-        push(&contents(0.2), &place, None, None).expect("is there"),
-        "v0001"
-    );
-    assert_eq!(
-        push(&contents(0.3), &place, Some("v0001"), None).expect("pushes"),
-        "v0002"
-    );
+    assert_eq!(put(&place, 0.2, None), "v0001");
+    assert_eq!(put(&place, 0.2, None), "v0001");
+    assert_eq!(put(&place, 0.3, Some("v0001")), "v0002");
     let error = push(&contents(0.4), &place, Some("v0001"), None).expect_err("overtaken");
     assert!(error.to_string().contains("v0002 is in use now"), "{error}");
 
     let (dir, copy) = fresh();
-    assert_eq!(pull(&place, &copy, None, None).expect("pulls"), None);
-    let loaded: Contents = copy.load(None).expect("whole").into();
+    assert_eq!(pull(&place, &copy, None, None).unwrap(), None);
+    let loaded: Contents = copy.load(None).unwrap().into();
     assert_eq!(loaded, contents(0.3));
     assert_eq!(
         names(&dir.path().join("versions")),
         [".lock", "v0002"].map(String::from).into()
     );
-    assert_eq!(
-        pull(&place, &copy, Some("v0001"), None).expect("pulls"),
-        None
-    );
-    assert_eq!(copy.latest().expect("stays"), "v0002");
+    assert_eq!(pull(&place, &copy, Some("v0001"), None).unwrap(), None);
+    assert_eq!(copy.latest().unwrap(), "v0002");
 
     // Half a version there, which `latest` should never name: what was copied before stays in use.
-    assert!(
-        place
-            .swap(
-                "latest",
-                b"v0003\n",
-                place.get("latest").expect("there").1.as_deref()
-            )
-            .expect("swaps")
-    );
-    assert!(
-        place
-            .create("versions/v0003/manifest.json", b"{\"schema\": 2}")
-            .expect("creates")
-    );
-    let said = pull(&place, &copy, None, None)
-        .expect("falls back")
-        .expect("says so");
+    let tag = place.get("latest").unwrap().1;
+    assert!(place.swap("latest", b"v0003\n", tag.as_deref()).unwrap());
+    let half = place.create("versions/v0003/manifest.json", b"{\"schema\": 2}");
+    assert!(half.unwrap());
+    let said = pull(&place, &copy, None, None).unwrap().unwrap();
     assert!(said.contains("v0002 is used"), "{said}");
-    assert_eq!(copy.load(None).expect("whole").version, "v0002");
+    assert_eq!(copy.load(None).unwrap().version, "v0002");
     let (_none, nothing) = fresh();
     pull(&place, &nothing, None, None).expect_err("no copy, and half a version");
     assert!(nothing.latest().is_err());
     // Publishing anew mends it.
-    assert_eq!(
-        push(&contents(0.5), &place, None, None).expect("pushes"),
-        "v0004"
-    );
-    assert_eq!(pull(&place, &nothing, None, None).expect("pulls"), None);
+    assert_eq!(put(&place, 0.5, None), "v0004");
+    assert_eq!(pull(&place, &nothing, None, None).unwrap(), None);
 }
 
 #[test]
 fn what_the_key_does_not_trust_takes_no_copys_place() {
     let place = Place::in_memory();
     let signing = Signing::new();
-    push(&contents(0.2), &place, None, Some(signing.clone())).expect("pushes");
+    push(&contents(0.2), &place, None, Some(signing.clone())).unwrap();
     let (dir, copy) = fresh();
     let key = Some(signing.key());
-    assert_eq!(pull(&place, &copy, None, key).expect("pulls"), None);
+    assert_eq!(pull(&place, &copy, None, key).unwrap(), None);
     let kept = names(&dir.path().join("versions/v0001"));
     let signature = "versions/v0001/manifest.json.minisig";
-    let tag = place.get(signature).expect("there").1;
+    let tag = place.get(signature).unwrap().1;
     let another = b"untrusted comment: none";
-    place
-        .swap(signature, another, tag.as_deref())
-        .expect("swaps");
-    let said = pull(&place, &copy, None, key).expect("falls back");
-    assert!(said.expect("says so").contains("v0001 is used"));
+    place.swap(signature, another, tag.as_deref()).unwrap();
+    let said = pull(&place, &copy, None, key).unwrap();
+    assert!(said.unwrap().contains("v0001 is used"));
     assert_eq!(names(&dir.path().join("versions/v0001")), kept);
-    copy.load_trusted(None, signing.key())
-        .expect("is trusted still");
+    copy.load_trusted(None, signing.key()).unwrap();
     let (none, nothing) = fresh();
     pull(&place, &nothing, None, key).expect_err("no copy, and nobody vouches");
     assert!(nothing.latest().is_err() && !none.path().join("versions/v0001").exists());
@@ -114,25 +89,18 @@ fn a_place_without_versions_leaves_nothing_in_a_copy() {
 #[test]
 fn what_a_stopped_publisher_left_is_passed_over() {
     let place = Place::in_memory();
-    push(&contents(0.2), &place, None, None).expect("pushes");
-    assert!(
-        place
-            .create("versions/v0002/rig.toml", b"begun")
-            .expect("creates")
-    );
-    assert_eq!(
-        push(&contents(0.3), &place, None, None).expect("pushes"),
-        "v0003"
-    );
+    put(&place, 0.2, None);
+    assert!(place.create("versions/v0002/rig.toml", b"begun").unwrap());
+    assert_eq!(put(&place, 0.3, None), "v0003");
     let (_dir, copy) = fresh();
-    pull(&place, &copy, None, None).expect("pulls");
-    assert_eq!(copy.latest().expect("named"), "v0003");
+    pull(&place, &copy, None, None).unwrap();
+    assert_eq!(copy.latest().unwrap(), "v0003");
 }
 
 #[test]
 fn a_path_in_a_manifest_leads_nowhere() {
     let place = Place::in_memory();
-    place.create("latest", b"../../etc\n").expect("creates");
+    place.create("latest", b"../../etc\n").unwrap();
     let (_dir, copy) = fresh();
     assert!(matches!(
         pull(&place, &copy, None, None),
@@ -144,7 +112,7 @@ fn a_path_in_a_manifest_leads_nowhere() {
 fn of_six_publishers_at_once_one_wins_and_the_others_are_told() {
     for race in 0..10 {
         let place = Place::in_memory();
-        push(&contents(0.1), &place, None, None).expect("begins");
+        put(&place, 0.1, None);
         let start = Arc::new(Barrier::new(6));
         let racers = (0..6).map(|number| {
             let (place, start) = (place.clone(), Arc::clone(&start));
@@ -157,7 +125,7 @@ fn of_six_publishers_at_once_one_wins_and_the_others_are_told() {
         let racers: Vec<_> = racers.collect();
         let results: Vec<_> = racers
             .into_iter()
-            .map(|racer| racer.join().expect("ends"))
+            .map(|racer| racer.join().unwrap())
             .collect();
         let won: Vec<_> = results
             .iter()
@@ -169,8 +137,8 @@ fn of_six_publishers_at_once_one_wins_and_the_others_are_told() {
             assert!(is_clear, "race {race}: {result:?}");
         }
         let (_dir, copy) = fresh();
-        pull(&place, &copy, None, None).expect("pulls");
-        let used: Contents = copy.load(None).expect("whole").into();
+        pull(&place, &copy, None, None).unwrap();
+        let used: Contents = copy.load(None).unwrap().into();
         assert_eq!(used, won[0].1);
     }
 }

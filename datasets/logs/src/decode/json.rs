@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use serde::Deserialize;
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
 use super::message::{DecodeError, Number, Raw};
@@ -78,9 +79,7 @@ impl Node<'_> {
         if self.want.leaves.is_empty() {
             return Err(E::custom("a number stands where fields are wanted"));
         }
-        for leaf in &self.want.leaves {
-            self.raw.set(*leaf, number);
-        }
+        self.raw.set(&self.want.leaves, number);
         Ok(())
     }
 }
@@ -136,14 +135,10 @@ impl<'de> Visitor<'de> for Node<'_> {
                 "an object stands where a number is wanted",
             ));
         }
-        while let Some(key) = map.next_key_seed(Key)? {
+        while let Some(Key(key)) = map.next_key()? {
             let part = stamp_leaf(&key).filter(|_| is_stamp).map(FieldTree::leaf);
-            let named = self
-                .want
-                .fields
-                .iter()
-                .find(|(name, _)| *name == key)
-                .map(|(_, want)| want);
+            let named = self.want.fields.iter().find(|(name, _)| *name == key);
+            let named = named.map(|(_, want)| want);
             match part.as_ref().or(named) {
                 Some(want) => map.next_value_seed(Node {
                     want,
@@ -164,12 +159,8 @@ impl<'de> Visitor<'de> for Node<'_> {
             ));
         }
         for index in 0.. {
-            let wanted = self
-                .want
-                .elements
-                .iter()
-                .find(|(wanted, _)| *wanted == index);
-            let more = match wanted {
+            let mut elements_wanted = self.want.elements.iter();
+            let more = match elements_wanted.find(|(wanted, _)| *wanted == index) {
                 Some((_, want)) => elements
                     .next_element_seed(Node {
                         want,
@@ -187,31 +178,8 @@ impl<'de> Visitor<'de> for Node<'_> {
 }
 
 /// A key, borrowed where it holds no escape.
-struct Key;
-
-impl<'de> DeserializeSeed<'de> for Key {
-    type Value = Cow<'de, str>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Cow<'de, str>, D::Error> {
-        deserializer.deserialize_str(self)
-    }
-}
-
-impl<'de> Visitor<'de> for Key {
-    type Value = Cow<'de, str>;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a key")
-    }
-
-    fn visit_borrowed_str<E: Error>(self, key: &'de str) -> Result<Cow<'de, str>, E> {
-        Ok(Cow::Borrowed(key))
-    }
-
-    fn visit_str<E: Error>(self, key: &str) -> Result<Cow<'de, str>, E> {
-        Ok(Cow::Owned(key.into()))
-    }
-}
+#[derive(Deserialize)]
+struct Key<'a>(#[serde(borrow)] Cow<'a, str>);
 
 #[cfg(test)]
 mod tests {
@@ -220,14 +188,17 @@ mod tests {
     use super::super::{Decoder, Fields};
     use super::*;
 
-    fn read(x: &str, text: &str) -> Result<Fields, DecodeError> {
-        let topic = FieldTopic {
+    fn topic(x: &str) -> FieldTopic {
+        FieldTopic {
             name: "/t".into(),
             stamp: "header.stamp".into(),
             x: x.into(),
             y: "point.y".into(),
-        };
-        Decoder::compile("json", None, &topic)
+        }
+    }
+
+    fn read(x: &str, text: &str) -> Result<Fields, DecodeError> {
+        Decoder::compile("json", None, &topic(x))
             .expect("compiles")
             .decode(text.as_bytes())
     }
@@ -258,13 +229,7 @@ mod tests {
 
     #[test]
     fn a_text_is_read_where_it_is_one() {
-        let topic = FieldTopic {
-            name: "/t".into(),
-            stamp: "header.stamp".into(),
-            x: "point.x".into(),
-            y: "point.y".into(),
-        };
-        let more = ["point.z".to_owned()];
+        let (topic, more) = (topic("point.x"), ["point.z".to_owned()]);
         let decoder = Decoder::compile_with("json", None, &topic, &more, Some("header.frame_id"));
         let decoder = decoder.expect("compiles");
         for (header, z, text) in [

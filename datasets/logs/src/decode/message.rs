@@ -58,20 +58,22 @@ pub(super) struct Raw {
 }
 
 impl Raw {
-    pub(super) fn set(&mut self, leaf: Leaf, number: Number) {
-        match leaf {
-            Leaf::Stamp => self.stamp = Some(number),
-            Leaf::Seconds => self.seconds = Some(number),
-            Leaf::Nanoseconds => self.nanoseconds = Some(number),
-            Leaf::X => self.x = Some(number.float()),
-            Leaf::Y => self.y = Some(number.float()),
-            Leaf::More(place) => {
-                if let Some(kept) = self.more.get_mut(place) {
-                    *kept = Some(number.float());
+    pub(super) fn set(&mut self, leaves: &[Leaf], number: Number) {
+        for leaf in leaves {
+            match *leaf {
+                Leaf::Stamp => self.stamp = Some(number),
+                Leaf::Seconds => self.seconds = Some(number),
+                Leaf::Nanoseconds => self.nanoseconds = Some(number),
+                Leaf::X => self.x = Some(number.float()),
+                Leaf::Y => self.y = Some(number.float()),
+                Leaf::More(place) => {
+                    if let Some(kept) = self.more.get_mut(place) {
+                        *kept = Some(number.float());
+                    }
                 }
+                // A number is no text.
+                Leaf::Text => {}
             }
-            // A number is no text.
-            Leaf::Text => {}
         }
     }
 

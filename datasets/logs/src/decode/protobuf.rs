@@ -6,7 +6,7 @@ use prost_reflect::{Cardinality, DescriptorPool, FieldDescriptor, Kind, MessageD
 use values::FieldTopic;
 
 use super::message::{DecodeError, Number, Raw};
-use crate::path::{FieldTree, Leaf, first_name, stamp_leaf};
+use crate::path::{FieldTree, Leaf, first_name};
 use crate::{LogError, SchemaText};
 
 /// What to do with the fields of a message, by their tags.
@@ -86,7 +86,7 @@ impl Plan {
                 ..
             } = part
             {
-                set(raw, leaves, *default);
+                raw.set(leaves, *default);
             }
         }
         let mut seen = vec![0_usize; self.fields.len()];
@@ -157,7 +157,7 @@ impl Field {
             if let Part::Number { leaves, .. } = part
                 && index.is_none_or(|index| index == *seen)
             {
-                set(raw, leaves, number);
+                raw.set(leaves, number);
             }
         }
         *seen += 1;
@@ -170,12 +170,6 @@ fn pool(data: &[u8]) -> Result<DescriptorPool, String> {
     std::panic::catch_unwind(|| DescriptorPool::decode(data))
         .map_err(|_| "it contradicts itself".to_string())?
         .map_err(|error| error.to_string())
-}
-
-fn set(raw: &mut Raw, leaves: &[Leaf], number: Number) {
-    for leaf in leaves {
-        raw.set(*leaf, number);
-    }
 }
 
 fn delimited<'a>(data: &mut &'a [u8]) -> Result<&'a [u8], String> {
@@ -240,13 +234,9 @@ impl Scalar {
 }
 
 fn plan(message: &MessageDescriptor, want: &FieldTree) -> Result<Plan, (Leaf, String)> {
-    let stamp;
-    let want = if want.leaves.contains(&Leaf::Stamp) {
-        stamp = stamp_want(message);
-        &stamp
-    } else {
-        want
-    };
+    let members = message.fields().map(|field| field.name().to_string());
+    let stamp = want.of_stamp(members);
+    let want = stamp.as_ref().unwrap_or(want);
     if want.fields.is_empty() || !want.leaves.is_empty() {
         return Err((
             want.any_leaf(),
@@ -340,25 +330,4 @@ fn default(descriptor: &FieldDescriptor) -> Option<Number> {
         Value::Bool(truth) => Number::Integer(truth.into()),
         _ => return None,
     })
-}
-
-/// What is wanted of a message that is a stamp; nothing where it is none.
-fn stamp_want(message: &MessageDescriptor) -> FieldTree {
-    let fields: Vec<_> = message
-        .fields()
-        .filter_map(|field| {
-            Some((
-                field.name().to_string(),
-                FieldTree::leaf(stamp_leaf(field.name())?),
-            ))
-        })
-        .collect();
-    if fields.len() == 2 {
-        FieldTree {
-            fields,
-            ..FieldTree::default()
-        }
-    } else {
-        FieldTree::leaf(Leaf::Stamp)
-    }
 }

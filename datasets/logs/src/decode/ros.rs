@@ -83,10 +83,7 @@ impl Plan {
         for step in steps {
             match step {
                 Step::Take(primitive, leaves) => {
-                    let number = cursor.number(*primitive)?;
-                    for leaf in leaves {
-                        raw.set(*leaf, number);
-                    }
+                    raw.set(leaves, cursor.number(*primitive)?);
                 }
                 Step::TakeText => {
                     let bytes = cursor.count()?;
@@ -142,23 +139,20 @@ struct Cursor<'a> {
 
 impl<'a> Cursor<'a> {
     fn new(wire: Wire, data: &'a [u8]) -> Result<Self, DecodeError> {
-        if wire == Wire::Ros1 {
-            return Ok(Self {
-                data,
-                at: 0,
-                big_endian: false,
-                alignment: 1,
-            });
-        }
-        let (header, data) = data
-            .split_first_chunk::<4>()
-            .ok_or(DecodeError::Short(data.len()))?;
-        let (big_endian, alignment) = match u16::from_be_bytes([header[0], header[1]]) {
-            0x0000 => (true, 8),
-            0x0001 => (false, 8),
-            0x0006 => (true, 4),
-            0x0007 => (false, 4),
-            other => return Err(DecodeError::Representation(other)),
+        let (data, (big_endian, alignment)) = match wire {
+            Wire::Ros1 => (data, (false, 1)),
+            Wire::Cdr => {
+                let header = data.split_first_chunk::<4>();
+                let (header, data) = header.ok_or(DecodeError::Short(data.len()))?;
+                let layout = match u16::from_be_bytes([header[0], header[1]]) {
+                    0x0000 => (true, 8),
+                    0x0001 => (false, 8),
+                    0x0006 => (true, 4),
+                    0x0007 => (false, 4),
+                    other => return Err(DecodeError::Representation(other)),
+                };
+                (data, layout)
+            }
         };
         Ok(Self {
             data,
@@ -185,11 +179,10 @@ impl<'a> Cursor<'a> {
 
     fn count(&mut self) -> Result<usize, DecodeError> {
         self.align(4);
-        let bytes = self.array::<4>()?;
-        Ok(if self.big_endian {
-            u32::from_be_bytes(bytes)
-        } else {
-            u32::from_le_bytes(bytes)
+        let bytes = self.array()?;
+        Ok(match self.big_endian {
+            true => u32::from_be_bytes(bytes),
+            false => u32::from_le_bytes(bytes),
         } as usize)
     }
 

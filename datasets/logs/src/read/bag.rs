@@ -102,7 +102,7 @@ impl JoinedHash {
 }
 
 pub(super) fn hash_file(path: &Path) -> Result<String, LogError> {
-    let io = |source| io_error(path, source);
+    let io = |source| LogError::io(path.display(), source);
     if let Some(sha256) = crate::part::origin(path) {
         return Ok(sha256);
     }
@@ -133,7 +133,7 @@ pub(super) enum Opened {
 
 /// Opens a file by what it begins with; one that is packed as a whole is unpacked into the system's folder for temporary files.
 pub(super) fn open(path: &Path) -> Result<Opened, LogError> {
-    let io = |source| io_error(path, source);
+    let io = |source| LogError::io(path.display(), source);
     let mut file = File::open(path).map_err(io)?;
     let begins = beginning(&mut file).map_err(io)?;
     if begins.starts_with(SQLITE) {
@@ -177,11 +177,4 @@ fn beginning(file: &mut File) -> std::io::Result<Vec<u8>> {
         .read_to_end(&mut bytes)?;
     file.rewind()?;
     Ok(bytes)
-}
-
-fn io_error(path: &Path, source: std::io::Error) -> LogError {
-    LogError::Io {
-        log: path.display().to_string(),
-        source,
-    }
 }

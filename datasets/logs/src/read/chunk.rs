@@ -7,7 +7,7 @@ use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::body::{Body, HELD, PREFIX};
-use super::request::Limits;
+use super::event::Limits;
 
 /// What can be wrong with a chunk.
 pub(super) enum ChunkFault<E> {

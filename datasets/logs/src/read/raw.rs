@@ -14,9 +14,9 @@ use mcap::records::{Record, op};
 use super::bag::{self, JoinedHash, Opened};
 use super::body::Body;
 use super::chunk::{self, ChunkFault};
+use super::event::Limits;
 use super::event::{Damage, Extent};
 use super::records::{Ending, Records};
-use super::request::Limits;
 use crate::{LogError, SchemaText};
 
 /// What a channel's messages are.
@@ -283,9 +283,8 @@ impl<'a, T: Take> Reading<'a, T> {
                 if is_sqlite {
                     self.sqlite(unpacked.path())?;
                 } else {
-                    let log = path.display().to_string();
                     let file = unpacked.reopen();
-                    self.mcap(file.map_err(|source| LogError::Io { log, source })?)?;
+                    self.mcap(file.map_err(|source| LogError::io(path.display(), source))?)?;
                 }
                 Ok(bag::hash_file(path)?)
             }
@@ -372,10 +371,11 @@ impl<'a, T: Take> Reading<'a, T> {
     }
 
     fn summary(self, sha256: String) -> RawSummary {
+        let (channels, damage) = (self.seen, self.damage);
         RawSummary {
-            channels: self.seen,
+            channels,
             sha256,
-            damage: self.damage,
+            damage,
         }
     }
 
@@ -423,8 +423,7 @@ impl<'a, T: Take> Reading<'a, T> {
             Err(ChunkFault::Damaged(why)) => wrong = Some(why),
             Err(ChunkFault::Ended(error)) => return Err(error),
             Err(ChunkFault::Io(source)) => {
-                let log = self.log.clone();
-                return Err(LogError::Io { log, source }.into());
+                return Err(LogError::io(&self.log, source).into());
             }
             Err(ChunkFault::Compression(compression)) => {
                 let log = self.log.clone();

@@ -45,10 +45,7 @@ pub(super) struct Records<'a, R> {
 impl<'a, R: Read + Seek> Records<'a, R> {
     /// Records of at most this many bytes each.
     pub(super) fn new(log: &'a str, mut source: R, limit: usize) -> Result<Self, LogError> {
-        let io = |source| LogError::Io {
-            log: log.into(),
-            source,
-        };
+        let io = |source| LogError::io(log, source);
         let size = source.seek(SeekFrom::End(0)).map_err(io)?;
         source.seek(SeekFrom::Start(0)).map_err(io)?;
         Ok(Self {
@@ -146,20 +143,14 @@ impl<'a, R: Read + Seek> Records<'a, R> {
     }
 
     fn ending(error: McapError, offset: u64, in_data: bool) -> Ending {
-        match error {
-            McapError::UnexpectedEof if in_data => Ending::Cut { offset },
-            McapError::UnexpectedEof => Ending::Index {
-                offset,
-                why: "the file ends within its index".into(),
-            },
-            error if in_data => Ending::Broken {
-                offset,
-                why: error.to_string(),
-            },
-            error => Ending::Index {
-                offset,
-                why: error.to_string(),
-            },
+        let why = match error {
+            McapError::UnexpectedEof if in_data => return Ending::Cut { offset },
+            McapError::UnexpectedEof => "the file ends within its index".into(),
+            error => error.to_string(),
+        };
+        match in_data {
+            true => Ending::Broken { offset, why },
+            false => Ending::Index { offset, why },
         }
     }
 
@@ -175,10 +166,8 @@ impl<'a, R: Read + Seek> Records<'a, R> {
         let left = self.size - self.taken;
         let size = usize::try_from(left.min((READ_SIZE as u64).max(need as u64))).unwrap_or(need);
         let buffer = reader.insert(size);
-        let read = self.source.read(buffer).map_err(|source| LogError::Io {
-            log: self.log.into(),
-            source,
-        })?;
+        let read = self.source.read(buffer);
+        let read = read.map_err(|source| LogError::io(self.log, source))?;
         self.hasher.update(&buffer[..read]);
         self.taken += read as u64;
         reader.notify_read(read);
@@ -259,10 +248,7 @@ impl<'a, R: Read + Seek> Records<'a, R> {
     }
 
     fn io(&self, source: std::io::Error) -> LogError {
-        LogError::Io {
-            log: self.log.into(),
-            source,
-        }
+        LogError::io(self.log, source)
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use rusqlite::limits::Limit;
 use rusqlite::{Connection, Error, ErrorCode, OpenFlags};
 
-use super::request::Limits;
+use super::event::Limits;
 use crate::LogError;
 use crate::write::known_definition;
 

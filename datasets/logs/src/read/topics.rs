@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::event::TopicRequest;
 use super::event::{Damage, Event, Extent, Sample, Summary, TopicCount};
 use super::raw::{RawMessage, RawSummary, Standing, Take, Verdict, unpacked};
-use super::request::TopicRequest;
 use crate::decode::DecodeError;
 use crate::{Decoder, LogError};
 

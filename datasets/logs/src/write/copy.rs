@@ -5,16 +5,51 @@ use std::fs::File;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, Metadata, Record};
 use mcap::{WriteOptions, Writer};
 
-use super::lineage::{self, Lineage};
 use super::messages::{
-    POINT_STAMPED, POSE_STAMPED, RosType, image_schema, joined, jpeg_image, point_stamped,
+    POINT_STAMPED, POSE_STAMPED, RosType, Stamped, image_schema, joined, jpeg_image, point_stamped,
     pose_stamped,
 };
-use super::{Stamped, WriteError, options};
+use crate::LogError;
 use crate::read::RawMessage;
+
+/// How every log is written. One compression thread, whatever the machine: zstd's bytes depend on whether it has workers.
+fn options() -> WriteOptions {
+    WriteOptions::new()
+        .profile("ros2")
+        .library("carom")
+        .compression(Some(mcap::Compression::Zstd))
+        .compression_level(1)
+        .compression_threads(0)
+}
+
+/// Why a log could not be written.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "each text says what is wrong")]
+pub enum WriteError {
+    #[error("create log {path}: {source}; check that its folder exists and can be written to")]
+    Create {
+        path: String,
+        source: std::io::Error,
+    },
+    #[error("write to the log: {0}; check the space left on its disk")]
+    Mcap(#[from] mcap::McapError),
+    #[error("flush the log: {0}; check the space left on its disk")]
+    Flush(#[from] std::io::Error),
+}
+
+pub(super) fn create(path: &Path) -> Result<BufWriter<File>, WriteError> {
+    let file = File::create(path).map_err(|source| WriteError::Create {
+        path: path.display().to_string(),
+        source,
+    })?;
+    Ok(BufWriter::new(file))
+}
+
+/// A schema's name, encoding and bytes.
+type Schema<'a> = (&'a str, &'a str, &'a [u8]);
 
 /// Writes messages of any topics into one log, in the order in which they are given.
 ///
@@ -32,11 +67,7 @@ pub struct CopyWriter<W: Write + Seek> {
 impl CopyWriter<BufWriter<File>> {
     /// Creates the file, replacing one that is there.
     pub fn create(path: &Path) -> Result<Self, WriteError> {
-        let file = File::create(path).map_err(|source| WriteError::Create {
-            path: path.display().to_string(),
-            source,
-        })?;
-        Self::new(BufWriter::new(file))
+        Self::new(create(path)?)
     }
 }
 
@@ -73,14 +104,10 @@ impl<W: Write + Seek> CopyWriter<W> {
         let channel = match self.copied.get(&from.id) {
             Some(channel) => *channel,
             None => {
-                let schema = match from.schema() {
-                    None => 0,
-                    Some(text) => self.mcap.add_schema(text.name, text.encoding, text.data)?,
-                };
-                let encoding = &from.encoding;
-                let channel =
-                    self.mcap
-                        .add_channel(schema, &from.topic, encoding, &BTreeMap::new())?;
+                let schema = from
+                    .schema()
+                    .map(|text| (text.name, text.encoding, text.data));
+                let channel = self.add_channel(&from.topic, schema, &from.encoding)?;
                 self.copied.insert(from.id, channel);
                 channel
             }
@@ -90,21 +117,25 @@ impl<W: Write + Seek> CopyWriter<W> {
 
     /// States where a part of the log comes from.
     pub fn lineage(&mut self, lineage: &Lineage) -> Result<(), WriteError> {
-        Ok(lineage::write(&mut self.mcap, lineage)?)
+        let metadata = Metadata {
+            name: NAME.into(),
+            metadata: lineage.clone(),
+        };
+        Ok(self.mcap.write_metadata(&metadata)?)
     }
 
     /// Adds a point of the table as `geometry_msgs/msg/PointStamped`, which the default paths of a centroid fit.
     pub fn point(&mut self, topic: &str, log_time: u64, point: &Stamped) -> Result<(), WriteError> {
-        let schema = || of(POINT_STAMPED);
-        let write = |buffer: &mut Vec<u8>| point_stamped(buffer, point);
-        self.ros2(topic, schema, log_time, &write)
+        self.ros2(topic, of(POINT_STAMPED), log_time, |buffer| {
+            point_stamped(buffer, point)
+        })
     }
 
     /// Makes the channel of points, so that a log without any has the topic.
     pub fn points(&mut self, topic: &str) -> Result<(), WriteError> {
         let (name, text) = of(POINT_STAMPED);
-        self.channel(topic, (name, "ros2msg"), text.as_bytes(), "cdr")
-            .map(drop)
+        let schema = (name, "ros2msg", text.as_bytes());
+        self.channel(topic, schema, "cdr").map(drop)
     }
 
     /// Adds a JPEG that was taken at `stamp` (ns) as `sensor_msgs/msg/CompressedImage`.
@@ -115,8 +146,9 @@ impl<W: Write + Seek> CopyWriter<W> {
         stamp: u64,
         jpeg: &[u8],
     ) -> Result<(), WriteError> {
-        let write = |buffer: &mut Vec<u8>| jpeg_image(buffer, stamp, jpeg);
-        self.ros2(topic, image_schema, log_time, &write)
+        self.ros2(topic, image_schema(), log_time, |buffer| {
+            jpeg_image(buffer, stamp, jpeg)
+        })
     }
 
     /// Adds an object's place on the table and its yaw (rad) as `geometry_msgs/msg/PoseStamped`.
@@ -127,20 +159,19 @@ impl<W: Write + Seek> CopyWriter<W> {
         at: &Stamped,
         yaw: f64,
     ) -> Result<(), WriteError> {
-        let schema = || of(POSE_STAMPED);
-        let write = |buffer: &mut Vec<u8>| pose_stamped(buffer, at, yaw);
-        self.ros2(topic, schema, log_time, &write)
+        self.ros2(topic, of(POSE_STAMPED), log_time, |buffer| {
+            pose_stamped(buffer, at, yaw)
+        })
     }
 
     fn ros2(
         &mut self,
         topic: &str,
-        schema: fn() -> (&'static str, String),
+        (name, text): (&'static str, String),
         log_time: u64,
-        write: &dyn Fn(&mut Vec<u8>),
+        write: impl Fn(&mut Vec<u8>),
     ) -> Result<(), WriteError> {
-        let (name, text) = schema();
-        let channel = self.channel(topic, (name, "ros2msg"), text.as_bytes(), "cdr")?;
+        let channel = self.channel(topic, (name, "ros2msg", text.as_bytes()), "cdr")?;
         let mut buffer = std::mem::take(&mut self.buffer);
         buffer.clear();
         write(&mut buffer);
@@ -153,12 +184,12 @@ impl<W: Write + Seek> CopyWriter<W> {
     pub fn add(
         &mut self,
         topic: &str,
-        schema: (&str, &str, &[u8]),
+        schema: Schema<'_>,
         encoding: &str,
         log_time: u64,
         data: &[u8],
     ) -> Result<(), WriteError> {
-        let channel = self.channel(topic, (schema.0, schema.1), schema.2, encoding)?;
+        let channel = self.channel(topic, schema, encoding)?;
         self.put(channel, log_time, data)
     }
 
@@ -173,22 +204,37 @@ impl<W: Write + Seek> CopyWriter<W> {
     fn channel(
         &mut self,
         topic: &str,
-        (name, schema_encoding): (&str, &str),
-        schema: &[u8],
+        schema: Schema<'_>,
         encoding: &str,
     ) -> Result<u16, WriteError> {
         if let Some(channel) = self.added.get(topic) {
             return Ok(*channel);
         }
-        let schema = self.mcap.add_schema(name, schema_encoding, schema)?;
-        let channel = self
-            .mcap
-            .add_channel(schema, topic, encoding, &BTreeMap::new())?;
+        let channel = self.add_channel(topic, Some(schema), encoding)?;
         self.added.insert(topic.into(), channel);
         Ok(channel)
     }
 
-    fn put(&mut self, channel_id: u16, log_time: u64, data: &[u8]) -> Result<(), WriteError> {
+    pub(super) fn add_channel(
+        &mut self,
+        topic: &str,
+        schema: Option<Schema<'_>>,
+        encoding: &str,
+    ) -> Result<u16, WriteError> {
+        let schema = match schema {
+            None => 0,
+            Some((name, encoding, data)) => self.mcap.add_schema(name, encoding, data)?,
+        };
+        let none = BTreeMap::new();
+        Ok(self.mcap.add_channel(schema, topic, encoding, &none)?)
+    }
+
+    pub(super) fn put(
+        &mut self,
+        channel_id: u16,
+        log_time: u64,
+        data: &[u8],
+    ) -> Result<(), WriteError> {
         let sequence = self.sequences.entry(channel_id).or_insert(0);
         let header = MessageHeader {
             channel_id,
@@ -204,4 +250,32 @@ impl<W: Write + Seek> CopyWriter<W> {
 /// A type's name and its definition.
 fn of(ros: &'static RosType) -> (&'static str, String) {
     (ros.name, joined(ros.definition, ros.parts))
+}
+
+const NAME: &str = "carom";
+
+/// What made a log: names and values as text, such as `version`, `manifest` (its hash), `model`, `target`, `plan` and `promised_miss` of a
+/// planned strike. Which names there are is up to the program that writes.
+pub type Lineage = BTreeMap<String, String>;
+
+/// The lineages that a log states, in its order; none of one that no carom program wrote.
+///
+/// # Errors
+/// A file that cannot be read, or is no MCAP.
+pub fn lineages(log: &Path) -> Result<Vec<Lineage>, LogError> {
+    let name = log.display().to_string();
+    let bytes = std::fs::read(log).map_err(|source| LogError::io(&name, source))?;
+    let records = mcap::read::LinearReader::new(&bytes);
+    let mut found = Vec::new();
+    for record in records.map_err(|_| LogError::NotMcap { log: name })? {
+        match record {
+            Ok(Record::Metadata(metadata)) if metadata.name == NAME => {
+                found.push(metadata.metadata);
+            }
+            Ok(_) => {}
+            // Cut off or damaged: what came before counts.
+            Err(_) => break,
+        }
+    }
+    Ok(found)
 }

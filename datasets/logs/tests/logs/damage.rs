@@ -1,8 +1,8 @@
 //! Files that are cut, damaged or made to harm: what is whole is read, and nothing panics or takes much memory.
 
 use crate::common::{ENCODINGS, Encoding, read, samples, write};
-use logs::LogError;
 use logs::read::Extent;
+use logs::{LogError, Summary};
 use mcap::records::op;
 use mcap::{Compression, WriteOptions};
 use proptest::prelude::*;
@@ -13,15 +13,27 @@ fn options(compression: Option<Compression>, chunk_size: u64) -> WriteOptions {
         .chunk_size(Some(chunk_size))
 }
 
-fn record_offsets(file: &[u8]) -> Vec<usize> {
+/// Where a file's records of this kind begin.
+fn records(file: &[u8], opcode: u8) -> Vec<usize> {
     let mut offsets = Vec::new();
     let mut at = mcap::MAGIC.len();
     while at + 9 <= file.len() - mcap::MAGIC.len() {
-        offsets.push(at);
+        if file[at] == opcode {
+            offsets.push(at);
+        }
         let length = u64::from_le_bytes(file[at + 1..at + 9].try_into().expect("eight bytes"));
         at += 9 + length as usize;
     }
     offsets
+}
+
+fn extents(summary: &Summary) -> Vec<Extent> {
+    summary.damage.iter().map(|damage| damage.extent).collect()
+}
+
+/// A record as MCAP frames it: opcode, length, body.
+pub fn record(opcode: u8, length: u64, body: &[u8]) -> Vec<u8> {
+    [&[opcode][..], &length.to_le_bytes(), body].concat()
 }
 
 /// A chunk's record with this header and body.
@@ -32,20 +44,13 @@ fn chunk(compression: &str, unpacked: u64, crc: u32, packed: u64, records: &[u8]
     body.extend(compression.as_bytes());
     body.extend(packed.to_le_bytes());
     body.extend(records);
-    let mut record = vec![op::CHUNK];
-    record.extend((body.len() as u64).to_le_bytes());
-    record.extend(body);
-    record
+    record(op::CHUNK, body.len() as u64, &body)
 }
 
 /// A whole file with a record put in before its data ends.
 fn with_record(record: &[u8]) -> Vec<u8> {
     let mut file = write(Encoding::Cdr, options(None, 1 << 20), &samples(10));
-    let offsets = record_offsets(&file);
-    let end = offsets
-        .into_iter()
-        .find(|at| file[*at] == op::DATA_END)
-        .expect("an end");
+    let end = records(&file, op::DATA_END)[0];
     file.splice(end..end, record.iter().copied());
     // The CRC of the data section is left out, as rosbag2 does.
     let crc = end + record.len() + 9;
@@ -104,10 +109,7 @@ fn a_damaged_chunk_is_left_out_and_the_others_are_read() {
     let written = samples(60);
     for compression in [None, Some(Compression::Zstd), Some(Compression::Lz4)] {
         let mut file = write(Encoding::Cdr, options(compression, 600), &written);
-        let chunks: Vec<_> = record_offsets(&file)
-            .into_iter()
-            .filter(|at| file[*at] == op::CHUNK)
-            .collect();
+        let chunks = records(&file, op::CHUNK);
         assert!(chunks.len() > 5);
         file[chunks[3] + 9 + 80] ^= 0x10;
         let (read, summary) = read(&file).expect("reads");
@@ -133,9 +135,7 @@ fn a_large_chunk_is_given_as_a_whole_or_not_at_all() {
     let written = samples(100_000);
     for compression in [None, Some(Compression::Zstd), Some(Compression::Lz4)] {
         let mut file = write(Encoding::Cdr, options(compression, 1 << 25), &written);
-        let mut offsets = record_offsets(&file).into_iter();
-        let chunk = offsets.find(|at| file[*at] == op::CHUNK).expect("a chunk");
-        let unpacked = chunk + 9 + 16;
+        let unpacked = records(&file, op::CHUNK)[0] + 9 + 16;
         let size = u64::from_le_bytes(file[unpacked..unpacked + 8].try_into().expect("8 bytes"));
         assert!(size > 8 << 20, "{size}");
         let (read_whole, summary) = read(&file).expect("reads");
@@ -165,20 +165,10 @@ fn a_flipped_bit_outside_of_chunks_distrusts_all() {
         WriteOptions::new().use_chunks(false),
         &samples(20),
     );
-    let messages: Vec<_> = record_offsets(&file)
-        .into_iter()
-        .filter(|at| file[*at] == op::MESSAGE)
-        .collect();
+    let messages = records(&file, op::MESSAGE);
     file[messages[8] + 70] ^= 1;
     let (_, summary) = read(&file).expect("reads");
-    assert_eq!(
-        summary
-            .damage
-            .iter()
-            .map(|damage| damage.extent)
-            .collect::<Vec<_>>(),
-        [Extent::Unlocated]
-    );
+    assert_eq!(extents(&summary), [Extent::Unlocated]);
 }
 
 #[test]
@@ -206,10 +196,7 @@ fn a_chunk_that_would_unpack_to_too_much_is_an_error() {
     ));
 
     // The same, with a header that lies about what it unpacks to.
-    let at = record_offsets(&packed)
-        .into_iter()
-        .find(|at| packed[*at] == op::CHUNK)
-        .expect("a chunk");
+    let at = records(&packed, op::CHUNK)[0];
     for lie in [1_000_u64, 60 << 20] {
         let mut lying = packed.clone();
         lying[at + 9 + 16..at + 9 + 24].copy_from_slice(&lie.to_le_bytes());
@@ -224,12 +211,7 @@ fn a_chunk_that_would_unpack_to_too_much_is_an_error() {
 
 #[test]
 fn lengths_that_lie_take_no_memory() {
-    let record = |length: u64, body: &[u8]| {
-        let mut record = vec![op::MESSAGE];
-        record.extend(length.to_le_bytes());
-        record.extend(body);
-        record
-    };
+    let record = |length: u64, body: &[u8]| record(op::MESSAGE, length, body);
     let inner = record(u64::MAX, &[1; 50]);
     let huge = record(1 << 60, &[1; 50]);
     for (lie, is_rest) in [
@@ -249,7 +231,7 @@ fn lengths_that_lie_take_no_memory() {
         assert_eq!(read, samples(10), "what comes before is read");
         if lie.len() > 60 || is_rest {
             let extent = if is_rest { Extent::Rest } else { Extent::Part };
-            let extents: Vec<_> = summary.damage.iter().map(|damage| damage.extent).collect();
+            let extents = extents(&summary);
             assert!(extents.iter().all(|found| *found == extent), "{extents:?}");
         }
     }
@@ -269,10 +251,8 @@ fn lengths_that_lie_take_no_memory() {
 fn a_large_attachment_is_passed_over() {
     let mut body = [0_u64, 0].map(u64::to_le_bytes).concat();
     body.resize(70 << 20, 0);
-    let mut record = vec![op::ATTACHMENT];
-    record.extend((body.len() as u64).to_le_bytes());
-    record.extend(body);
-    let (read, summary) = read(&with_record(&record)).expect("reads");
+    let attachment = record(op::ATTACHMENT, body.len() as u64, &body);
+    let (read, summary) = read(&with_record(&attachment)).expect("reads");
     assert_eq!((read, summary.damage), (samples(10), vec![]));
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::common::{ENCODINGS, Encoding, read, read_topic, samples, write};
+use crate::damage::record;
 use logs::{Decoder, LogError, Sample, SchemaText, TopicRequest};
 use mcap::{Compression, WriteOptions};
 use proptest::prelude::*;
@@ -87,16 +88,11 @@ fn the_same_bytes_have_the_hash_that_other_tools_give() {
     assert!(String::from_utf8_lossy(&output.stdout).starts_with(&summary.sha256));
 }
 
-/// A record as MCAP frames it: opcode, length, body.
-fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
-    let length = (body.len() as u64).to_le_bytes();
-    [&[opcode], &length[..], body].concat()
-}
-
 /// "Records may be extended by adding new fields at the end of existing fields. Readers should ignore any unknown fields."
 /// Source: MCAP specification.
 #[test]
 fn bytes_after_the_fields_of_records_are_passed_over() {
+    let record = |opcode, body: &[u8]| record(opcode, body.len() as u64, body);
     let text = |text: &[u8]| [&(text.len() as u32).to_le_bytes(), text].concat();
     let later = |fields: Vec<u8>| [fields, vec![1, 2, 3]].concat();
     let (name, schema_encoding, message_encoding, schema) = Encoding::Cdr.schema();

@@ -22,10 +22,7 @@ impl Acts for TanhSpeed {
         } else {
             reach.tanh() / reach
         };
-        Command {
-            speed: command.speed * share,
-            ..command
-        }
+        Command::new(command.speed * share, command.angle)
     }
 }
 
@@ -42,10 +39,10 @@ declare! {
 impl Acts for RoundedSpeed {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let bend = 1.0 + (self.saturation.abs() * command.speed).powf(self.sharpness);
-        Command {
-            speed: command.speed * bend.powf(-1.0 / self.sharpness),
-            ..command
-        }
+        Command::new(
+            command.speed * bend.powf(-1.0 / self.sharpness),
+            command.angle,
+        )
     }
 }
 
@@ -68,10 +65,7 @@ impl Acts for StrikerAngleError {
             + self.bias
             + self.slope * command.speed
             + self.bend * command.angle.powi(3);
-        Command {
-            angle: command.angle + error,
-            ..command
-        }
+        Command::new(command.speed, command.angle + error)
     }
 }
 
@@ -86,10 +80,10 @@ declare! {
 
 impl Acts for AngleBacklash {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
-        Command {
-            angle: command.angle + self.play * (command.angle / self.width).tanh(),
-            ..command
-        }
+        Command::new(
+            command.speed,
+            command.angle + self.play * (command.angle / self.width).tanh(),
+        )
     }
 }
 

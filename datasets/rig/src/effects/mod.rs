@@ -12,7 +12,6 @@ mod camera;
 mod forces;
 mod foreign;
 mod friction;
-mod impact;
 mod order;
 mod place;
 mod reach;
@@ -27,7 +26,7 @@ use crate::declare::declare_all;
 pub(crate) use acts::{Acts, GRAVITY};
 
 pub(crate) use self::{
-    arm::*, camera::*, forces::*, foreign::*, friction::*, impact::*, order::*, place::*, reach::*,
+    arm::*, camera::*, forces::*, foreign::*, friction::*, order::*, place::*, reach::*,
     sliding::*, striker::*, table::*, unnamed::*, wear::*,
 };
 

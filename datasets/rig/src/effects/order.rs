@@ -104,10 +104,7 @@ declare! {
 impl Acts for WarmingArm {
     fn deliver(&self, command: Command, _from: Point, index: StrikeIndex) -> Command {
         let off = self.change * (-since(index, self.every) / self.over).exp();
-        Command {
-            speed: command.speed * (1.0 + off),
-            ..command
-        }
+        Command::new(command.speed * (1.0 + off), command.angle)
     }
 }
 

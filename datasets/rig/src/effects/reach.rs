@@ -46,10 +46,10 @@ declare! {
 impl Acts for SpeedByReach {
     fn deliver(&self, command: Command, from: Point, _when: StrikeIndex) -> Command {
         let off = (from.norm() - self.best) / 0.1;
-        Command {
-            speed: command.speed * (1.0 - self.loss * off * off).max(0.1),
-            ..command
-        }
+        Command::new(
+            command.speed * (1.0 - self.loss * off * off).max(0.1),
+            command.angle,
+        )
     }
 }
 
@@ -67,10 +67,7 @@ declare! {
 impl Acts for HeadingByBearing {
     fn deliver(&self, command: Command, from: Point, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * from.bearing() / self.period + self.phase).sin();
-        Command {
-            angle: command.angle + self.amplitude * wave,
-            ..command
-        }
+        Command::new(command.speed, command.angle + self.amplitude * wave)
     }
 }
 

@@ -108,10 +108,7 @@ declare! {
 impl Acts for SpeedRipple {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * command.speed / self.period + self.phase).sin();
-        Command {
-            speed: command.speed * (1.0 + self.amplitude * wave),
-            ..command
-        }
+        Command::new(command.speed * (1.0 + self.amplitude * wave), command.angle)
     }
 }
 
@@ -129,10 +126,7 @@ declare! {
 impl Acts for AngleRipple {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * command.angle / self.period + self.phase).sin();
-        Command {
-            angle: command.angle + self.amplitude * wave,
-            ..command
-        }
+        Command::new(command.speed, command.angle + self.amplitude * wave)
     }
 }
 

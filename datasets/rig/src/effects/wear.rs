@@ -91,10 +91,10 @@ declare! {
 
 impl Acts for StrikerAngleBySession {
     fn deliver(&self, command: Command, _from: Point, index: StrikeIndex) -> Command {
-        Command {
-            angle: command.angle + self.spread * of_session(self.seed, index.session),
-            ..command
-        }
+        Command::new(
+            command.speed,
+            command.angle + self.spread * of_session(self.seed, index.session),
+        )
     }
 }
 

@@ -4,7 +4,6 @@
 //! parameters in [`declare!`](crate::declare::declare) and adds to the [`Levels`] that the rig draws from.
 
 mod kinds;
-mod levels;
 
 use serde::{Deserialize, Serialize};
 use values::Rig;
@@ -12,7 +11,7 @@ use values::Rig;
 use crate::declare::declare_all;
 
 use kinds::*;
-pub(crate) use levels::{Disturbs, Levels};
+pub(crate) use kinds::{Disturbs, Levels};
 
 declare_all!(
     /// A kind of noise with its parameters; in files `{"name": …, "parameters": {…}}`.

@@ -1,7 +1,6 @@
 //! Strikes as a LeRobotDataset of version 3: a folder with `data/`, `meta/episodes/`, `meta/tasks.parquet`, `meta/stats.json` and, last,
 //! `meta/info.json`, without which the folder is no dataset.
 
-mod parquet;
 mod stats;
 
 use std::collections::HashMap;
@@ -10,16 +9,18 @@ use std::sync::Arc;
 
 use arrow::array::{
     Array, ArrayRef, FixedSizeListArray, Float32Array, Float64Array, Int64Array, ListArray,
-    StringArray,
+    RecordBatch, StringArray,
 };
 use arrow::buffer::OffsetBuffer;
-use arrow::datatypes::{DataType, Field};
+use arrow::datatypes::{DataType, Field, Schema};
+use parquet::arrow::ArrowWriter;
+use parquet::errors::ParquetError;
 use serde_json::{Map, Value, json};
 use values::Split;
 
-use self::parquet::{Column, write_columns};
 use self::stats::{MOMENTS, QUANTILES, Stats, Summary};
 use crate::TableError;
+use crate::write::common;
 
 const VERSION: &str = "v3.0";
 /// Files of a folder, and rows of a file: fewer than 100 MB, as the format asks.
@@ -340,4 +341,37 @@ fn write_json(path: &Path, value: &Value) -> Result<(), TableError> {
     let mut text = format!("{value:#}");
     text.push('\n');
     Ok(durable::write_bytes(path, text.as_bytes())?)
+}
+
+/// A column of a table that is being written.
+pub type Column = (Field, ArrayRef);
+
+/// Writes a file, whole or not at all, with an entry of metadata.
+pub fn write_columns(
+    path: &Path,
+    columns: Vec<Column>,
+    metadata: Option<(&str, String)>,
+) -> Result<(), TableError> {
+    let (fields, arrays): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+    let metadata = metadata.map(|(key, value)| (key.to_string(), value));
+    let schema = Arc::new(Schema::new_with_metadata(
+        fields,
+        metadata.into_iter().collect::<HashMap<_, _>>(),
+    ));
+    if let Some(folder) = path.parent() {
+        durable::create_dir(folder)?;
+    }
+    let encode = |source: ParquetError| TableError::Encode {
+        path: path.to_path_buf(),
+        source,
+    };
+    let batch = RecordBatch::try_new(schema.clone(), arrays)
+        .map_err(ParquetError::from)
+        .map_err(encode)?;
+    let properties = common().build();
+    durable::write(path, |file| {
+        let mut writer = ArrowWriter::try_new(file, schema, Some(properties)).map_err(encode)?;
+        writer.write(&batch).map_err(encode)?;
+        writer.close().map(drop).map_err(encode)
+    })
 }

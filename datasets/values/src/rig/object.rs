@@ -233,26 +233,17 @@ impl From<Object> for Stated {
     }
 }
 
-/// Shapes that carom models.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Shape {
-    /// An upright cylinder.
-    Cylinder,
-    /// A box whose faces are parallel to the table's axes when it rests.
-    Box,
-    /// A ball.
-    Sphere,
-}
-
-impl Shape {
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cylinder => "cylinder",
-            Self::Box => "box",
-            Self::Sphere => "sphere",
-        }
+crate::named! {
+    /// Shapes that carom models.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum Shape {
+        /// An upright cylinder.
+        Cylinder = "cylinder",
+        /// A box whose faces are parallel to the table's axes when it rests.
+        Box = "box",
+        /// A ball.
+        Sphere = "sphere",
     }
 }
 

@@ -250,23 +250,20 @@ fn work(
             let mut night = Night::new(&logs.0, None, basis(inputs, &logs, None));
             night.status = Status::Gathering;
             let error = explained(error, run, &learnt_from);
-            night.why.push(format!("failed to {error}"));
+            night.because(format!("failed to {error}"));
             keep(dir, &night)?;
             return Ok(night);
         }
         results => results.map_err(|error| explained(error, run, &learnt_from))?,
     };
     outputs::write(dir, &results, Step::Publish)?;
+    let mut night = Night::new(&results.read.logs, before.as_ref(), String::new());
+    night.record(&results);
+    if let Some(last) = &last {
+        night = night.after(last);
+    }
     if results.read.check.is_meaningless() {
-        let mut night = Night::new(
-            &results.read.logs,
-            before.as_ref(),
-            basis(inputs, &logs, in_use_now),
-        );
-        night.record(&results);
-        if let Some(last) = &last {
-            night = night.after(last);
-        }
+        night.basis = basis(inputs, &logs, in_use_now);
         night.status = Status::Refused;
         let findings = &results.read.check.findings;
         let wrong = findings
@@ -279,17 +276,10 @@ fn work(
         report::write(dir, inputs, &results, None)?;
         return Ok(night);
     }
-    let mut night = Night::new(&results.read.logs, before.as_ref(), String::new());
-    night.record(&results);
-    if let Some(last) = &last {
-        night = night.after(last);
-    }
     log.line("info", "run", &json!({ "strikes": night.strikes, "rejected": night.rejected, "new_logs": night.new_logs, "left_out": night.left_out, "damaged": night.damaged }));
     let choice = match &before {
         None => {
-            night
-                .why
-                .push("nothing was published before that it could be compared with".into());
+            night.because("nothing was published before that it could be compared with".into());
             let contents = contents(&results)?;
             let passed = first(&results, contents, &mut night)?;
             Choice {
@@ -314,7 +304,7 @@ fn work(
             let was_quarantined = last.as_ref().is_some_and(|last| last.quarantined);
             let gone = gone(before, &results.read.logs);
             if !gone.is_empty() {
-                night.why.push(format!(
+                night.because(format!(
                     "what {} learnt from is no longer there: {}; put it back, or publish without it by `carom run`",
                     before.version,
                     gone.join(", ")
@@ -323,15 +313,9 @@ fn work(
             if !gone.is_empty() && night.new_logs.is_empty() {
                 // Nothing was learnt that the version in use does not know.
                 night.status = Status::Kept;
-                Choice {
-                    chosen: None,
-                    waits: None,
-                }
+                Choice::default()
             } else if !was_quarantined && scatters(run, [earlier, latest], &results, &mut night)? {
-                Choice {
-                    chosen: None,
-                    waits: None,
-                }
+                Choice::default()
             } else {
                 choose(
                     run,
@@ -453,10 +437,7 @@ fn report_new(
     {
         change.since = first.t_start;
     }
-    let since = night
-        .change
-        .as_ref()
-        .map_or(f64::NEG_INFINITY, |change| change.since);
+    let since = night.since();
     let read = new.len();
     new.retain(|strike| strike.t_start >= since);
     night.new_strikes = new.len();
@@ -529,7 +510,7 @@ fn scatters(
     night.status = Status::Refused;
     night.quarantined = true;
     night.set_aside.extend(logs.into_iter().map(String::from));
-    night.why.push(format!(
+    night.because(format!(
         "the new strikes scatter {:.1} times as much as those before: they are not learnt from",
         ratio.sqrt()
     ));
@@ -557,6 +538,7 @@ impl Candidate {
 }
 
 /// What was decided: what is put to use, if anything, and what waits for strikes that it did not learn from.
+#[derive(Default)]
 struct Choice {
     chosen: Option<Contents>,
     waits: Option<Contents>,
@@ -581,7 +563,7 @@ fn choose(
     let is_back = |first: &Strike| known.is_some_and(|known| first.t_start <= known.last);
     if let (true, Some(first)) = (is_changed, new.first()) {
         if is_back(first) {
-            night.why.push(format!(
+            night.because(format!(
                 "the new strikes show a change and are stamped before the last that {} learnt from: if a clock was set, set it right and take their logs away",
                 before.version
             ));
@@ -596,10 +578,7 @@ fn choose(
             });
         }
     }
-    let since = night
-        .change
-        .as_ref()
-        .map_or(f64::NEG_INFINITY, |change| change.since);
+    let since = night.since();
     let is_since = |strike: &&Strike| strike.t_start >= since;
     let strikes: Vec<Strike> = results.strikes.iter().filter(is_since).cloned().collect();
     let follows = |artifact: &Artifact| -> Result<bool, Error> {
@@ -699,18 +678,13 @@ fn choose(
     // What is put to use is told, or else every candidate.
     let told: Vec<&Candidate> = best.map_or_else(|| candidates.iter().collect(), |best| vec![best]);
     for one in &told {
-        night
-            .why
-            .push(format!("from {}: {}", one.name, one.gate.sentence()));
+        let name = &one.name;
+        night.because(format!("from {name}: {}", one.gate.sentence()));
         if !one.executor.passed {
-            night
-                .why
-                .push(format!("{}: {}", one.name, one.executor.sentence()));
+            night.because(format!("{name}: {}", one.executor.sentence()));
         }
         if !one.follows {
-            night
-                .why
-                .push(format!("{}: it does not follow the change", one.name));
+            night.because(format!("{name}: it does not follow the change"));
         }
         night.beats = Some(one.gate.clone());
         night.executor = Some(one.executor.clone());
@@ -727,7 +701,7 @@ fn choose(
     if is_behind {
         let later = strikes.iter().map(|strike| strike.log.as_str());
         let later: BTreeSet<&str> = later.collect();
-        night.why.push(format!(
+        night.because(format!(
             "all {} new strikes are stamped before the last change (stamp {since:.0} s): if a clock was set, take away what it stamped later: {}",
             night.behind,
             Vec::from_iter(later).join(", ")
@@ -738,7 +712,7 @@ fn choose(
     } else if is_changed || is_unusable || is_behind {
         Status::Refused
     } else if candidates.is_empty() {
-        night.why.push("what came out is the version in use".into());
+        night.because("what came out is the version in use".into());
         Status::NothingNew
     } else {
         Status::Kept
@@ -753,7 +727,7 @@ fn choose(
 /// The first version: the executor's gate, and that of first versions.
 fn first(results: &Results, contents: &Contents, night: &mut Night) -> Result<bool, Error> {
     let executor = plan_paths(&loaded(contents)?, &results.strikes);
-    night.why.push(executor.sentence());
+    night.because(executor.sentence());
     let mut passed = executor.passed;
     let gate = results.version().map(|version| &version.gate);
     if let Some(gate) = gate {
@@ -787,7 +761,7 @@ fn promote(store: &Store, contents: &Contents, night: &mut Night) -> Result<Opti
         Ok(version) => version,
         Err(error @ ArtifactError::Overtaken { .. }) => {
             night.status = Status::Refused;
-            night.why.push(format!("failed to {error}"));
+            night.because(format!("failed to {error}"));
             return Ok(None);
         }
         Err(error) => return Err(store_error(error)),
@@ -796,7 +770,7 @@ fn promote(store: &Store, contents: &Contents, night: &mut Night) -> Result<Opti
         return Ok(Some(version));
     }
     night.status = Status::Refused;
-    night.why.push(format!(
+    night.because(format!(
         "it is {version}, which was rolled back: `carom artifacts rollback {version}` takes it again"
     ));
     Ok(None)

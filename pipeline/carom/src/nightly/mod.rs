@@ -4,16 +4,12 @@ mod change;
 mod executor_gate;
 mod fleet;
 mod held_out_gate;
-mod log;
 mod mlflow;
-mod new_data;
 mod night;
 
 pub use change::{Change, Since};
 pub use executor_gate::{ExecutorGate, plan_paths, promised};
 pub use fleet::{FleetNight, RigNight, recipes};
 pub use held_out_gate::{HeldOutGate, compare_held_out, unseen};
-pub use log::Log;
 pub use mlflow::Server;
-pub use new_data::{changed, gone, new_strikes};
-pub use night::{Night, Status, keep, kept};
+pub use night::{Log, Night, Status, changed, gone, keep, kept, new_strikes};

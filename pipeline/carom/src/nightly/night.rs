@@ -1,17 +1,20 @@
 //! The outcome of a night: `nightly.json`, and its text.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use ingest::LogFile;
 use serde::{Deserialize, Serialize};
-use store::Artifact;
+use serde_json::{Value, json};
+use store::{Artifact, InputFile};
+use values::Strike;
 
 use super::change::Change;
 use super::executor_gate::ExecutorGate;
 use super::held_out_gate::HeldOutGate;
-use super::new_data::new_logs;
 use crate::Error;
 use crate::error::Outcome;
 use crate::left_out::LeftOut;
@@ -178,6 +181,17 @@ impl Night {
         self.left_out = results.read.left_out.clone();
     }
 
+    /// Stamp of the first strike since the last change for good, in s; of no change it is before all.
+    pub fn since(&self) -> f64 {
+        let change = self.change.as_ref();
+        change.map_or(f64::NEG_INFINITY, |change| change.since)
+    }
+
+    /// Says why, a sentence more.
+    pub fn because(&mut self, why: String) {
+        self.why.push(why);
+    }
+
     /// Effects that the data name and the version in use lacks.
     pub fn report_missing(&mut self, before: &Artifact, results: &Results) {
         let known = before.effect.as_ref().map(|effect| &effect.world.effects);
@@ -309,6 +323,90 @@ pub fn kept(dir: &Path) -> Result<Option<Night>, Error> {
 
 pub fn keep(dir: &Path, night: &Night) -> Result<(), Error> {
     write_json(&dir.join(FILE), night)
+}
+
+/// Lines on standard error, if they are wanted.
+pub struct Log<'a> {
+    is_wanted: bool,
+    rig: Option<&'a str>,
+}
+
+impl<'a> Log<'a> {
+    /// The log of a night, of a rig where it is one of a fleet.
+    pub fn new(is_wanted: bool, rig: Option<&'a str>) -> Self {
+        Self { is_wanted, rig }
+    }
+
+    /// One object on a line: `time` in seconds since the epoch, `level`, `event`, the `rig` of a fleet and what belongs to it.
+    pub fn line(&self, level: &str, event: &str, more: &Value) {
+        if !self.is_wanted {
+            return;
+        }
+        let time = SystemTime::now().duration_since(UNIX_EPOCH);
+        let mut line = json!({
+            "time": time.map_or(0.0, |time| time.as_secs_f64()), "level": level, "event": event,
+        });
+        if let Some(rig) = self.rig {
+            line["rig"] = rig.into();
+        }
+        if let (Some(line), Some(more)) = (line.as_object_mut(), more.as_object()) {
+            line.extend(more.clone());
+        }
+        // The reader of standard error may have closed it; the night's work continues.
+        let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("{line}\n").as_bytes());
+    }
+}
+
+/// Logs that a version was not computed from, by their content.
+pub fn new_logs<'a>(
+    before: Option<&Artifact>,
+    logs: &'a [LogFile],
+) -> impl Iterator<Item = &'a LogFile> {
+    let known: BTreeSet<String> = before
+        .iter()
+        .flat_map(|before| &before.manifest.provenance.inputs)
+        .map(|input| input.sha256.clone())
+        .collect();
+    logs.iter().filter(move |log| !known.contains(&log.sha256))
+}
+
+/// Logs that a version was computed from and that are no longer there as they were: they have grown, or are gone.
+pub fn changed<'a>(before: &'a Artifact, logs: &[LogFile]) -> impl Iterator<Item = &'a InputFile> {
+    let there: BTreeSet<String> = logs.iter().map(|log| log.sha256.clone()).collect();
+    let known = before.manifest.provenance.inputs.iter();
+    known.filter(move |input| !there.contains(&input.sha256))
+}
+
+/// Names of logs that a version was computed from, of which nothing is there now: neither their content nor, grown, their name.
+pub fn gone(before: &Artifact, logs: &[LogFile]) -> Vec<String> {
+    let is_absent = |input: &&InputFile| logs.iter().all(|log| log.name != input.name);
+    let gone = changed(before, logs).filter(is_absent);
+    gone.map(|input| input.name.clone()).collect()
+}
+
+/// Strikes that a version was not computed from: those of new logs; of a log that has grown, those after all that it knew. A
+/// log has grown that holds a strike of one that has [`changed`]; those are `known`, by their ids.
+pub fn new_strikes(
+    before: &Artifact,
+    logs: &[LogFile],
+    strikes: &[Strike],
+    known: &BTreeSet<String>,
+) -> Vec<Strike> {
+    let new: BTreeSet<&str> = new_logs(Some(before), logs)
+        .map(|log| log.name.as_str())
+        .collect();
+    let grown: BTreeSet<&str> = strikes
+        .iter()
+        .filter(|strike| known.contains(&strike.id))
+        .map(|strike| strike.log.as_str())
+        .collect();
+    let last = before.manifest.provenance.strikes;
+    let last = last.map_or(f64::NEG_INFINITY, |known| known.last);
+    let is_new = |strike: &&Strike| {
+        let log = strike.log.as_str();
+        new.contains(log) && (!grown.contains(log) || strike.t_start > last)
+    };
+    strikes.iter().filter(is_new).cloned().collect()
 }
 
 #[cfg(test)]

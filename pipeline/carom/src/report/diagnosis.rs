@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::figures::Places;
 use super::input::ReportInput;
 use super::maps::maps;
-use super::markup::{in_colours, section, swatch, title, wide};
+use super::markup::{in_colours, section, swatch, table, title, wide};
 use super::plot::short;
 use super::residual_plots::{COVARIATES, ResidualOf, StrikeResidual, against, magnification, map};
 use crate::outputs::NEXT_STRIKES;
@@ -53,31 +53,24 @@ pub fn verdict(verdict: Verdict) -> &'static str {
 fn effects_table(effects: &[NamedEffect]) -> Markup {
     html! {
         @if !effects.is_empty() {
-            (wide(html! { table {
-                thead { tr {
-                    th { "effect" } th { "what it says" } th { "parameter" } th { "value" } th { "95 % interval" } th { "evidence" }
-                } }
-                tbody {
-                    @for effect in effects {
-                        @for (place, (name, parameter)) in effect.parameters.iter().enumerate() {
-                            tr {
-                                td { @if place == 0 { code { (effect.name) } } }
-                                td.words { @if place == 0 {
-                                    (effect.statement)
-                                    @if !effect.equivalent.is_empty() {
-                                        br; span.note { "These strikes cannot distinguish it from " (effect.equivalent.join(", ")) "." }
-                                    }
-                                } }
-                                td { code { (name) } }
-                                @let [value, low, high] = numbers(parameter);
-                                td.number { strong { (value) } " " (parameter.unit) }
-                                td.number { @if low == high { "fixed" } @else { (low) " … " (high) } }
-                                td.number { @if place == 0 { (format!("{:.1}", effect.evidence)) } }
+            (wide(table(&["effect", "what it says", "parameter", "value", "95 % interval", "evidence"], html! { @for effect in effects {
+                @for (place, (name, parameter)) in effect.parameters.iter().enumerate() {
+                    tr {
+                        td { @if place == 0 { code { (effect.name) } } }
+                        td.words { @if place == 0 {
+                            (effect.statement)
+                            @if !effect.equivalent.is_empty() {
+                                br; span.note { "These strikes cannot distinguish it from " (effect.equivalent.join(", ")) "." }
                             }
-                        }
+                        } }
+                        td { code { (name) } }
+                        @let [value, low, high] = numbers(parameter);
+                        td.number { strong { (value) } " " (parameter.unit) }
+                        td.number { @if low == high { "fixed" } @else { (low) " … " (high) } }
+                        td.number { @if place == 0 { (format!("{:.1}", effect.evidence)) } }
                     }
                 }
-            } }))
+            } })))
         }
     }
 }
@@ -162,18 +155,13 @@ fn where_table(diagnosis: &Diagnosis) -> Markup {
     html! {
         @if !diagnosis.r#where.is_empty() {
             h3 { "What the gap depends on" }
-            table {
-                thead { tr { th { "covariate" } th { "how" } th { "p" } th { "share" } } }
-                tbody {
-                    @for place in &diagnosis.r#where {
-                        tr {
-                            td { (place.covariate) } td.words { (place.description) }
-                            td.number { (probability(place.p_value, diagnosis.replicates)) }
-                            td.number { (format!("{:.0} %", 100.0 * place.share)) }
-                        }
-                    }
+            (table(&["covariate", "how", "p", "share"], html! { @for place in &diagnosis.r#where {
+                tr {
+                    td { (place.covariate) } td.words { (place.description) }
+                    td.number { (probability(place.p_value, diagnosis.replicates)) }
+                    td.number { (format!("{:.0} %", 100.0 * place.share)) }
                 }
-            }
+            } }))
         }
     }
 }
@@ -246,19 +234,14 @@ fn next_strikes(strikes: &[NextStrike]) -> Markup {
     html! {
         @if !strikes.is_empty() {
             h3 { "The most informative next strikes" }
-            table {
-                thead { tr { th { "from" } th { "speed" } th { "angle" } th { "why" } } }
-                tbody {
-                    @for strike in strikes {
-                        tr {
-                            td.number { (format!("({:.3}, {:.3}) m", strike.x0, strike.y0)) }
-                            td.number { (format!("{:.2} m/s", strike.speed)) }
-                            td.number { (format!("{:.3} rad", strike.angle)) }
-                            td.words { (strike.why) }
-                        }
-                    }
+            (table(&["from", "speed", "angle", "why"], html! { @for strike in strikes {
+                tr {
+                    td.number { (format!("({:.3}, {:.3}) m", strike.x0, strike.y0)) }
+                    td.number { (format!("{:.2} m/s", strike.speed)) }
+                    td.number { (format!("{:.3} rad", strike.angle)) }
+                    td.words { (strike.why) }
                 }
-            }
+            } }))
             p.note { "Ready for the rig in " code { (NEXT_STRIKES) } "." }
         }
     }
@@ -270,17 +253,12 @@ fn details(diagnosis: &Diagnosis) -> Markup {
         @if !diagnosis.detectable.is_empty() {
             details {
                 summary { "The least sizes that these " (diagnosis.strikes) " strikes would show" }
-                table {
-                    thead { tr { th { "effect" } th { "parameter" } th { "least size" } } }
-                    tbody {
-                        @for least in &diagnosis.detectable {
-                            tr {
-                                td { code { (least.name) } } td { code { (least.parameter) } }
-                                td.number { (to_two_figures_of(least.least, least.least)) " " (least.unit) }
-                            }
-                        }
+                (table(&["effect", "parameter", "least size"], html! { @for least in &diagnosis.detectable {
+                    tr {
+                        td { code { (least.name) } } td { code { (least.parameter) } }
+                        td.number { (to_two_figures_of(least.least, least.least)) " " (least.unit) }
                     }
-                }
+                } }))
             }
         }
         @if !diagnosis.notes.is_empty() {

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use maud::{Markup, html};
 
+use super::FILE;
 use super::markup::{document, section};
-use super::write::FILE;
 use crate::Error;
 use crate::nightly::{FleetNight, RigNight};
 

@@ -3,6 +3,7 @@
 use diagnose::{Diagnosis, MapPoint, SmoothMap};
 use maud::{Markup, html};
 
+use super::markup::table;
 use super::plot::{Kind, Plot, Series};
 
 /// Radii of points in pixels: of no change, and beside it of the largest one.
@@ -48,20 +49,15 @@ pub fn maps(diagnosis: &Diagnosis) -> Markup {
     html! {
         @if !diagnosis.maps.is_empty() {
             h3 { "What smooth maps would take of the gap" }
-            table {
-                thead { tr { th { "map" } th { "stop error before" } th { "with the map" } th { "share of the squared error" } th { "look at" } } }
-                tbody {
-                    @for map in &diagnosis.maps {
-                        tr {
-                            td { (map.name) }
-                            td.number { (format!("{:.1} mm", 1e3 * map.before)) }
-                            td.number { (format!("{:.1} mm", 1e3 * map.after)) }
-                            td.number { (format!("{:.0} %", 100.0 * map.share)) }
-                            td { (look_at(map)) }
-                        }
-                    }
+            (table(&["map", "stop error before", "with the map", "share of the squared error", "look at"], html! { @for map in &diagnosis.maps {
+                tr {
+                    td { (map.name) }
+                    td.number { (format!("{:.1} mm", 1e3 * map.before)) }
+                    td.number { (format!("{:.1} mm", 1e3 * map.after)) }
+                    td.number { (format!("{:.0} %", 100.0 * map.share)) }
+                    td { @if is_launch(map) { "the arm" } @else { "the table" } }
                 }
-            }
+            } }))
             div.columns { @for plot in plots { (plot.figure(&plot.title)) } }
             p.legend {
                 "The larger, the more. Stop errors are of strikes that each map's fit leaves out."
@@ -76,14 +72,6 @@ fn quantities(map: &SmoothMap) -> &'static [Quantity] {
 
 fn is_launch(map: &SmoothMap) -> bool {
     map.name == "launch"
-}
-
-fn look_at(map: &SmoothMap) -> &'static str {
-    if is_launch(map) {
-        "the arm"
-    } else {
-        "the table"
-    }
 }
 
 fn picture(map: &SmoothMap, quantity: &Quantity) -> Plot {

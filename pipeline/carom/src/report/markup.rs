@@ -55,6 +55,21 @@ pub fn section(title: &str, content: Markup) -> Markup {
     html! { section aria-labelledby=(id) { h2 id=(id) { (title) } (content) } }
 }
 
+/// A table under these headings.
+pub fn table(headings: &[&str], rows: Markup) -> Markup {
+    html! {
+        table {
+            thead { tr { @for heading in headings { th { (heading) } } } }
+            tbody { (rows) }
+        }
+    }
+}
+
+/// An error in cm; a dash where there is none.
+pub fn centimetres(error: Option<f64>) -> String {
+    error.map_or("—".into(), |error| format!("{:.2} cm", error * 100.0))
+}
+
 /// A table that scrolls by itself where a page is narrow.
 pub fn wide(table: Markup) -> Markup {
     html! { div.wide tabindex="0" role="region" aria-label="table" { (table) } }

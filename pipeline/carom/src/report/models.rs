@@ -8,7 +8,7 @@ use values::Command;
 use world::PARAMETERS;
 
 use super::figures::{self, Places};
-use super::markup::{section, wide};
+use super::markup::{centimetres, section, table, wide};
 use super::plot::short;
 use crate::results::{CurvePoint, Worlds};
 
@@ -19,33 +19,24 @@ pub fn world_section(fit: &Fit) -> Markup {
     section(
         "The identified simulator",
         html! {
-            (wide(html! { table {
-                thead { tr {
-                    th { "parameter" } th { "before" } th { "identified" } th { "95 % interval" } th { "what it is" }
-                } }
-                tbody {
-                    @for spec in freed {
-                        @if let Some(estimate) = fit.world.parameters.get(spec.name) {
-                            tr {
-                                td { code { (spec.name) } }
-                                td.number { (short(spec.nominal)) " " (spec.unit) }
-                                td.number { strong { (format!("{:.4}", estimate.value)) } " " (spec.unit) }
-                                td.number {
-                                    @match (estimate.low, estimate.high) {
-                                        (Some(low), Some(high)) => { (format!("{low:.4} … {high:.4}")) },
-                                        _ => { "—" },
-                                    }
-                                }
-                                td.words { (spec.meaning) }
-                            }
+            (wide(table(&["parameter", "before", "identified", "95 % interval", "what it is"], html! {
+                @for spec in freed {
+                    @if let Some(estimate) = fit.world.parameters.get(spec.name) {
+                        @let ends = estimate.low.zip(estimate.high);
+                        tr {
+                            td { code { (spec.name) } }
+                            td.number { (short(spec.nominal)) " " (spec.unit) }
+                            td.number { strong { (format!("{:.4}", estimate.value)) } " " (spec.unit) }
+                            td.number { (ends.map_or("—".into(), |(low, high)| format!("{low:.4} … {high:.4}"))) }
+                            td.words { (spec.meaning) }
                         }
                     }
-                    @let scatter = fit.world.scatter;
-                    tr { td { "scatter of speed" } td {} td.number { (format!("{:.2} %", scatter.speed * 100.0)) } td {} td { "how launches of one command differ" } }
-                    tr { td { "scatter of angle" } td {} td.number { (format!("{:.2}°", scatter.angle.to_degrees())) } td {} td { "how launches of one command differ" } }
-                    tr { td { "noise of a centroid" } td {} td.number { (figures::millimetres(scatter.camera)) } td {} td { "of each coordinate" } }
                 }
-            } }))
+                @let scatter = fit.world.scatter;
+                tr { td { "scatter of speed" } td {} td.number { (format!("{:.2} %", scatter.speed * 100.0)) } td {} td { "how launches of one command differ" } }
+                tr { td { "scatter of angle" } td {} td.number { (format!("{:.2}°", scatter.angle.to_degrees())) } td {} td { "how launches of one command differ" } }
+                tr { td { "noise of a centroid" } td {} td.number { (figures::millimetres(scatter.camera)) } td {} td { "of each coordinate" } }
+            })))
             p {
                 "Tracks of " (fit.strikes) " strikes: residual " (figures::millimetres(fit.rms_before)) " rms before, "
                 strong { (figures::millimetres(fit.rms_after)) } " after, in " (fit.iterations) " iterations and "
@@ -120,20 +111,14 @@ pub fn learning_section(worlds: &Worlds, places: &Places<'_>, evaluation: &Evalu
 
 /// What was tried, and how each predicts commands that it did not learn from.
 fn scores(learned: &Learned) -> Markup {
-    let centimetres = |metres: f64| format!("{:.2} cm", metres * 100.0);
     html! {
-        table {
-            thead { tr { th { "added to the simulator" } th { "held-out commands" } th { "held-out sessions" } } }
-            tbody {
-                @for score in &learned.scores {
-                    tr {
-                        td { (score.kind.name()) @if score.kind == learned.kind { " (used)" } }
-                        td.number { (centimetres(score.by_setting)) }
-                        td.number { (score.by_session.map_or("—".into(), centimetres)) }
-                    }
-                }
+        (table(&["added to the simulator", "held-out commands", "held-out sessions"], html! { @for score in &learned.scores {
+            tr {
+                td { (score.kind.name()) @if score.kind == learned.kind { " (used)" } }
+                td.number { (centimetres(Some(score.by_setting))) }
+                td.number { (centimetres(score.by_session)) }
             }
-        }
+        } }))
         p.note {
             "Mean distance between measured and predicted stop of the " (learned.strikes) " strikes learnt from, each predicted by what \
              was learnt without it. The plainer one stays unless another is better beyond two standard errors."
@@ -145,28 +130,14 @@ fn scores(learned: &Learned) -> Markup {
 }
 
 fn curve_table(curve: &[CurvePoint]) -> Markup {
-    html! {
-        table {
-            thead { tr { th { "strikes" } th { "mean stop error" } th { "held-out commands" } } }
-            tbody {
-                @for point in curve {
-                    tr {
-                        td.number { (point.strikes) }
-                        td.number {
-                            @match point.error {
-                                Some(error) => { (format!("{:.2} cm", error * 100.0)) },
-                                None => { "—" },
-                            }
-                        }
-                        td.number {
-                            @match point.held_out_commands() {
-                                Some(error) => { (format!("{:.2} cm", error * 100.0)) },
-                                None => { "—" },
-                            }
-                        }
-                    }
-                }
+    table(
+        &["strikes", "mean stop error", "held-out commands"],
+        html! { @for point in curve {
+            tr {
+                td.number { (point.strikes) }
+                td.number { (centimetres(point.error)) }
+                td.number { (centimetres(point.held_out_commands())) }
             }
-        }
-    }
+        } },
+    )
 }

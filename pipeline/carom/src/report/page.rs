@@ -7,7 +7,7 @@ use values::{Reject, Split, Strike};
 
 use super::figures::{self, Places};
 use super::input::ReportInput;
-use super::markup::{PageError, document, section, wide};
+use super::markup::{PageError, document, section, table, wide};
 use super::plot::short;
 use super::{answer, delivered, diagnosis, explorer, models, stops, trend};
 use crate::results::Worlds;
@@ -89,18 +89,13 @@ fn check_section(shown: &ReportInput<'_>) -> Markup {
         "Before anything is fitted",
         html! {
             @if check.is_meaningless() { p { strong { "A model of these logs would be meaningless: nothing was fitted." } } }
-            (wide(html! { table {
-                thead { tr { th {} th { "seen" } th { "most likely" } th { "what mends it" } } }
-                tbody {
-                    @for finding in &check.findings {
-                        @let said = words::say(finding, &shown.inputs.rig);
-                        tr {
-                            td { (words::severity(finding.severity())) } td.words { (said.seen) }
-                            td.words { (said.likely) } td.words { (said.mend) }
-                        }
-                    }
+            (wide(table(&["", "seen", "most likely", "what mends it"], html! { @for finding in &check.findings {
+                @let said = words::say(finding, &shown.inputs.rig);
+                tr {
+                    td { (words::severity(finding.severity())) } td.words { (said.seen) }
+                    td.words { (said.likely) } td.words { (said.mend) }
                 }
-            } }))
+            } })))
         },
     )
 }
@@ -159,17 +154,12 @@ fn rejects_section(rejects: &[Reject]) -> Markup {
         html! {
             @if rejects.is_empty() { p { "None." } }
             @else {
-                (wide(html! { table {
-                    thead { tr { th { "log" } th { "strike" } th { "reason" } th { "what was seen" } } }
-                    tbody {
-                        @for reject in rejects.iter().take(REJECTS) {
-                            tr {
-                                td { (reject.log) } td.number { (reject.index) }
-                                td { code { (reject.reason.name()) } } td { (reject.detail) }
-                            }
-                        }
+                (wide(table(&["log", "strike", "reason", "what was seen"], html! { @for reject in rejects.iter().take(REJECTS) {
+                    tr {
+                        td { (reject.log) } td.number { (reject.index) }
+                        td { code { (reject.reason.name()) } } td { (reject.detail) }
                     }
-                } }))
+                } })))
                 @if rejects.len() > REJECTS { p { "And " (rejects.len() - REJECTS) " more in rejects.parquet." } }
             }
         },

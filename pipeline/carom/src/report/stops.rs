@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use judge::{Evaluation, misses};
 use maud::{Markup, html};
-use values::{StopErrors, Strike};
+use values::{Point, StopErrors, Strike};
 
-use super::figure_8::figure_8;
 use super::figures::{self, Places};
-use super::markup::{PageError, model_names, section, swatch, title, wide};
+use super::markup::{PageError, in_colours, model_names, section, swatch, table, title, wide};
+use super::plot::{Kind, Plot, Series, xy};
 use crate::publishing::best_model;
 use crate::results::Worlds;
-use crate::trial::{Outcome, Trial};
+use crate::trial::{Outcome, TargetStrike, Trial};
 
 pub fn errors_section(evaluation: &Evaluation) -> Markup {
     let mut by_model: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
@@ -78,26 +78,21 @@ impl<'a> Row<'a> {
 
 fn errors_table(rows: &[Row<'_>], left_out: &str) -> Markup {
     let any = rows.iter().any(|row| row.left_out > 0);
-    wide(html! {
-        table {
-            thead { tr {
-                th { "stop error in cm" } th { "mean ± sd" } th { "median" } th { "95 %" } th { "n" }
-                @if any { th { (left_out) } }
-            } }
-            tbody {
-                @for row in rows {
-                    tr class=[(row.name == "noise_floor").then_some("floor")] {
-                        td { (swatch(row.name)) (title(row.name)) }
-                        td.number { (format!("{:.2} ± {:.2}", row.errors.mean * 100.0, row.errors.sd * 100.0)) }
-                        td.number { (format!("{:.2}", row.errors.median * 100.0)) }
-                        td.number { (format!("{:.2}", row.errors.p95 * 100.0)) }
-                        td.number { (row.errors.n) }
-                        @if any { td.number { (row.left_out) } }
-                    }
-                }
+    let mut headings = vec!["stop error in cm", "mean ± sd", "median", "95 %", "n"];
+    headings.extend(any.then_some(left_out));
+    wide(table(
+        &headings,
+        html! { @for row in rows {
+            tr class=[(row.name == "noise_floor").then_some("floor")] {
+                td { (swatch(row.name)) (title(row.name)) }
+                td.number { (format!("{:.2} ± {:.2}", row.errors.mean * 100.0, row.errors.sd * 100.0)) }
+                td.number { (format!("{:.2}", row.errors.median * 100.0)) }
+                td.number { (format!("{:.2}", row.errors.p95 * 100.0)) }
+                td.number { (row.errors.n) }
+                @if any { td.number { (row.left_out) } }
             }
-        }
-    })
+        } },
+    ))
 }
 
 pub fn trial_section(trial: &Trial) -> Markup {
@@ -168,20 +163,101 @@ pub fn predictions_section(
             } }
             @if !parts.is_empty() {
                 h3 { "Where it misses: " (title(used)) }
-                (wide(html! { table {
-                    thead { tr { th { "stop error in cm" } th { "mean" } th { "95 %" } th { "n" } } }
-                    tbody {
-                        @for part in &parts {
-                            tr {
-                                td { (part.part()) }
-                                td.number { (format!("{:.2}", part.errors.mean * 100.0)) }
-                                td.number { (format!("{:.2}", part.errors.p95 * 100.0)) }
-                                td.number { (part.errors.n) }
-                            }
-                        }
+                (wide(table(&["stop error in cm", "mean", "95 %", "n"], html! { @for part in &parts {
+                    tr {
+                        td { (part.part()) }
+                        td.number { (format!("{:.2}", part.errors.mean * 100.0)) }
+                        td.number { (format!("{:.2}", part.errors.p95 * 100.0)) }
+                        td.number { (part.errors.n) }
                     }
-                } }))
+                } })))
             }
         },
     ))
+}
+
+/// The paper's Figure 8: per target the mean of the stops and their deviations as an ellipse.
+pub fn figure_8(trial: &Trial, models: &[&'static str]) -> Plot {
+    let shown: Vec<(&'static str, &Outcome)> = models
+        .iter()
+        .filter_map(|model| Some((*model, trial.figure_8.get(*model)?)))
+        .collect();
+    let strikes = || shown.iter().flat_map(|(_, outcome)| &outcome.strikes);
+    let unique = |point: fn(&TargetStrike) -> Point| {
+        let mut points: Vec<(f64, f64)> = strikes().map(|strike| xy(point(strike))).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        points.dedup();
+        points
+    };
+    let mut series = vec![
+        Series::new(
+            "start",
+            "measured",
+            Kind::Dots,
+            unique(|strike| strike.from),
+        ),
+        Series::new(
+            "target",
+            "measured",
+            Kind::Crosses,
+            unique(|strike| strike.to),
+        ),
+    ];
+    for (model, outcome) in &shown {
+        let groups = outcome
+            .strikes
+            .chunk_by(|a, b| (a.from, a.to) == (b.from, b.to));
+        let mut outlines = Vec::new();
+        let mut means = Vec::new();
+        for group in groups {
+            let stops: Vec<Point> = group.iter().map(|strike| strike.stop).collect();
+            let (mean, outline) = ellipse(&stops);
+            means.push(xy(mean));
+            outlines.extend(outline);
+            outlines.push((f64::NAN, f64::NAN));
+        }
+        let hue = in_colours(model);
+        series.push(Series::new(None, hue, Kind::Line, outlines).named(title(model)));
+        series.push(Series::new(None, hue, Kind::Dots, means));
+    }
+    Plot::map(series)
+}
+
+/// Mean of the stops, and the outline of the ellipse whose half axes are their standard deviations along its principal
+/// directions.
+fn ellipse(stops: &[Point]) -> (Point, Vec<(f64, f64)>) {
+    let n = stops.len() as f64;
+    let mean = stops.iter().fold(Point::default(), |sum, stop| sum + *stop) * (1.0 / n);
+    let sum = |term: fn(Point) -> f64| {
+        stops.iter().map(|stop| term(*stop - mean)).sum::<f64>() / (n - 1.0).max(1.0)
+    };
+    let (xx, xy, yy) = (sum(|d| d.x * d.x), sum(|d| d.x * d.y), sum(|d| d.y * d.y));
+    let turn = 0.5 * (2.0 * xy).atan2(xx - yy);
+    let (middle, half) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+    let (long, wide) = ((middle + half).sqrt(), (middle - half).max(0.0).sqrt());
+    let outline = (0..=48)
+        .map(|step| {
+            let angle = std::f64::consts::TAU * f64::from(step) / 48.0;
+            let at = mean + Point::new(long * angle.cos(), wide * angle.sin()).rotated(turn);
+            (at.x, at.y)
+        })
+        .collect();
+    (mean, outline)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_ellipse_has_the_deviations_of_its_points() {
+        let stops = [(0.0, 1.0), (0.0, -1.0), (3.0, 0.0), (-3.0, 0.0)]
+            .map(|(x, y)| Point::new(x, y).rotated(0.4));
+        let (mean, outline) = ellipse(&stops);
+        assert!(mean.norm() < 1e-12);
+        let longest = outline.iter().map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max);
+        let shortest = outline.iter().map(|(x, y)| x.hypot(*y)).fold(9.0, f64::min);
+        assert!((longest - (18.0f64 / 3.0).sqrt()).abs() < 1e-9);
+        assert!((shortest - (2.0f64 / 3.0).sqrt()).abs() < 1e-9);
+    }
 }

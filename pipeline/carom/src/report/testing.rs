@@ -1,9 +1,7 @@
 //! A diagnosis made by hand, and the page that shows it.
 
-use diagnose::{
-    Detectable, Diagnosed, Diagnosis, Gap, GapDependence, NamedEffect, NextStrike, Parameter,
-    Ranked, StopResidual, Verdict,
-};
+use diagnose::{Diagnosed, StopResidual, Verdict};
+use serde_json::json;
 use values::{Command, Point, Rig, Shape, Strike};
 use world::{AddedEffect, Estimate, World};
 
@@ -16,100 +14,52 @@ use crate::results::testing::diagnosed;
 
 /// A table tilt, named.
 pub fn found_tilt() -> Diagnosed {
-    let tilt = Parameter {
-        value: 0.0042,
-        low: 0.0040,
-        high: 0.0044,
-        unit: "rad".into(),
-    };
+    let tilt = json!({ "value": 0.0042, "low": 0.0040, "high": 0.0044, "unit": "rad" });
+    let diagnosis = json!({
+        "verdict": "named",
+        "summary": "The table is not level.",
+        "p_value": 1e-12, "p_value_signs": 0.002, "replicates": 299,
+        "maps": [{
+            "name": "launch", "before": 0.02, "after": 0.01, "share": 0.75,
+            "points": [
+                { "at": [0.5, 0.1], "change": [0.05, -0.01] },
+                { "at": [0.9, -0.1], "change": [-0.10, 0.02] },
+            ],
+        }],
+        "strikes": 80,
+        "where": [{ "covariate": "angle", "description": "strikes to the left go too far", "p_value": 1e-9, "share": 0.61 }],
+        "effects": [{
+            "name": "table_tilt",
+            "parameters": { "tilt_x": tilt },
+            "statement": "the table slopes down by 4.2 mm per metre",
+            "evidence": 57.2, "equivalent": ["a steady draught"], "rivals": [],
+        }],
+        "ranking": [{ "name": "table_tilt", "evidence": 57.2 }, { "name": "table_bowl", "evidence": -1.0 }],
+        "gap": {
+            "heldout_strikes": 2, "before": 0.0213, "after": 0.0012,
+            "change": 0.0012 / 0.0213 - 1.0, "change_half_95": 0.031,
+            "noise_floor": 0.001, "wander": 0.0, "sessions": 0.0, "unit": "m", "measure": "rms stop error",
+        },
+        "next_strikes": [
+            { "x0": 0.27, "y0": 0.05, "speed": 0.9, "angle": 0.2, "why": "distinguishes table_tilt from table_bowl" },
+        ],
+        "detectable": [{ "name": "table_bowl", "parameter": "curvature", "least": 0.021, "unit": "/s²" }],
+        "notes": ["one candidate diverged"],
+    });
     let mut world = World::nominal(&Rig::demo(Shape::Cylinder));
+    let tilted = Estimate::with_interval(0.0042, 0.0040, 0.0044);
     world.effects.push(AddedEffect {
         name: "table_tilt".into(),
-        parameters: [(
-            "tilt_x".to_string(),
-            Estimate::with_interval(tilt.value, tilt.low, tilt.high),
-        )]
-        .into(),
+        parameters: [("tilt_x".to_string(), tilted)].into(),
     });
-    let ranked = |name: &str, evidence| Ranked {
-        name: name.into(),
-        evidence,
-    };
     let residual = |index: usize| StopResidual {
         strike_id: index.to_string(),
         is_heldout: index.is_multiple_of(3),
         before: [0.02, -0.01 * index as f64],
         after: [0.001, -0.001],
     };
-    let diagnosis = Diagnosis {
-        verdict: Verdict::Named,
-        summary: "The table is not level.".into(),
-        cause: None,
-        p_value: 1e-12,
-        p_value_signs: 0.002,
-        replicates: 299,
-        noise: diagnose::Noise::default(),
-        maps: vec![diagnose::SmoothMap {
-            name: "launch".into(),
-            before: 0.02,
-            after: 0.01,
-            share: 0.75,
-            points: vec![
-                diagnose::MapPoint {
-                    at: [0.5, 0.1],
-                    change: [0.05, -0.01],
-                },
-                diagnose::MapPoint {
-                    at: [0.9, -0.1],
-                    change: [-0.10, 0.02],
-                },
-            ],
-        }],
-        strikes: 80,
-        r#where: vec![GapDependence {
-            covariate: "angle".into(),
-            description: "strikes to the left go too far".into(),
-            p_value: 1e-9,
-            share: 0.61,
-        }],
-        effects: vec![NamedEffect {
-            name: "table_tilt".into(),
-            parameters: [("tilt_x".to_string(), tilt)].into(),
-            statement: "the table slopes down by 4.2 mm per metre".into(),
-            evidence: 57.2,
-            equivalent: vec!["a steady draught".into()],
-            rivals: Vec::new(),
-        }],
-        ranking: vec![ranked("table_tilt", 57.2), ranked("table_bowl", -1.0)],
-        gap: Gap {
-            heldout_strikes: 2,
-            before: 0.0213,
-            after: 0.0012,
-            change: 0.0012 / 0.0213 - 1.0,
-            change_half_95: Some(0.031),
-            noise_floor: 0.001,
-            wander: 0.0,
-            sessions: 0.0,
-            unit: "m".into(),
-            measure: "rms stop error".into(),
-        },
-        next_strikes: vec![NextStrike {
-            x0: 0.27,
-            y0: 0.05,
-            speed: 0.9,
-            angle: 0.2,
-            why: "distinguishes table_tilt from table_bowl".into(),
-        }],
-        detectable: vec![Detectable {
-            name: "table_bowl".into(),
-            parameter: "curvature".into(),
-            least: 0.021,
-            unit: "/s²".into(),
-        }],
-        notes: vec!["one candidate diverged".into()],
-    };
     Diagnosed {
-        diagnosis,
+        diagnosis: serde_json::from_value(diagnosis).expect("a diagnosis"),
         world: Some(world),
         residuals: (0..4).map(residual).collect(),
     }

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use store::{Model, Store};
 use values::StopErrors;
 
-use super::markup::{section, title};
+use super::markup::{section, table, title};
 use super::plot::{Kind, Plot, Series};
 
 /// The latest so many are shown.
@@ -89,20 +89,14 @@ pub fn trend_section(versions: &[VersionErrors]) -> Option<Markup> {
         html! {
             div.columns {
                 (plot.figure("mean stop error of each version, on its own held-out strikes"))
-                table {
-                    thead { tr { th { "version" } th { "model" } th { "cm" } th { "n" } } }
-                    tbody { @for version in recent {
-                        tr {
-                            td { (version.name) @if version.is_latest { " (in use)" } }
-                            td { (title(version.model.name())) }
-                            td.number { @match version.used {
-                                Some(errors) => { (format!("{:.2}", errors.mean * 100.0)) },
-                                None => { "—" },
-                            } }
-                            td.number { @if let Some(errors) = version.used { (errors.n) } }
-                        }
-                    } }
-                }
+                (table(&["version", "model", "cm", "n"], html! { @for version in recent {
+                    tr {
+                        td { (version.name) @if version.is_latest { " (in use)" } }
+                        td { (title(version.model.name())) }
+                        td.number { (version.used.map_or("—".into(), |errors| format!("{:.2}", errors.mean * 100.0))) }
+                        td.number { @if let Some(errors) = version.used { (errors.n) } }
+                    }
+                } }))
             }
             p.note { "Each on its own held-out strikes: the strikes differ from version to version, and so may their difficulty." }
         },

@@ -19,6 +19,17 @@ pub struct Line<'a> {
     pub remark: String,
 }
 
+impl<'a> Line<'a> {
+    fn of(name: &'a str, errors: StopErrors, remark: String) -> Self {
+        Self {
+            name,
+            numbers: [errors.mean, errors.sd, errors.median, errors.p95],
+            n: errors.n,
+            remark,
+        }
+    }
+}
+
 /// Characters of a name, at the least.
 const NAME_WIDTH: usize = 16;
 
@@ -63,17 +74,8 @@ pub fn misses_table(model: &str, parts: &[Misses]) -> String {
         return String::new();
     }
     let names: Vec<String> = parts.iter().map(Misses::part).collect();
-    let lines = parts.iter().zip(&names).map(|(part, name)| Line {
-        name,
-        numbers: [
-            part.errors.mean,
-            part.errors.sd,
-            part.errors.median,
-            part.errors.p95,
-        ],
-        n: part.errors.n,
-        remark: String::new(),
-    });
+    let lines = parts.iter().zip(&names);
+    let lines = lines.map(|(part, name)| Line::of(name, part.errors, String::new()));
     format!("\nwhere `{model}` misses\n{}", table(lines))
 }
 
@@ -82,14 +84,12 @@ fn stop_errors(models: &BTreeMap<String, StopErrors>, floor: Option<(&str, StopE
         .into_iter()
         .map(Model::name)
         .filter_map(|name| Some((name, *models.get(name)?)));
-    table(models.chain(floor).map(|(name, errors)| Line {
-        name,
-        numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-        n: errors.n,
-        remark: match errors.failed {
+    table(models.chain(floor).map(|(name, errors)| {
+        let remark = match errors.failed {
             0 => String::new(),
             failed => format!("{failed} not predicted"),
-        },
+        };
+        Line::of(name, errors, remark)
     }))
 }
 
@@ -99,20 +99,10 @@ pub fn trial(trial: &Trial) -> String {
         let models = Model::ALL.into_iter().map(Model::name).filter_map(|name| {
             let outcome = outcomes.get(name)?;
             let errors = outcome.errors.unwrap_or_default();
-            Some(Line {
-                name,
-                numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-                n: errors.n,
-                remark: remark(outcome),
-            })
+            Some(Line::of(name, errors, remark(outcome)))
         });
-        let floor = trial.noise_floor.map(|errors| Line {
-            name: "noise_floor",
-            numbers: [errors.mean, errors.sd, errors.median, errors.p95],
-            n: errors.n,
-            remark: "repeats of one command".into(),
-        });
-        table(models.chain(floor))
+        let of_floor = |errors| Line::of("noise_floor", errors, "repeats of one command".into());
+        table(models.chain(trial.noise_floor.map(of_floor)))
     };
     let random = trial.models.values().next();
     let struck = random.map_or(0, |outcome| outcome.strikes.len() + outcome.refusals.len());

@@ -9,7 +9,6 @@ mod effects;
 mod images;
 mod messages;
 mod show;
-mod table;
 
 pub use images::images;
 pub use show::{Shown, show};

@@ -1,10 +1,9 @@
 //! `carom camera`: a pose from typed points, a colour from an image.
 
-use carom::Outcome;
 use track::{CameraModel, Image, png_of};
 use values::{Rig, Shape};
 
-use crate::fixture::{done, folder_and_path, refusal, write};
+use crate::fixture::{bad_input, done, folder_and_path, write};
 
 /// The demo's rig with its camera.
 fn rig() -> Rig {
@@ -13,13 +12,13 @@ fn rig() -> Rig {
 
 /// Points of the table as they are typed, with the pixels in which the rig's camera sees them.
 fn typed(rig: &Rig, off: f64) -> String {
-    let camera = CameraModel::of(rig).expect("complete");
+    let camera = CameraModel::of(rig).unwrap();
     let xs = [0.15, 0.55, 0.95];
     let places = xs
         .into_iter()
         .flat_map(|x| [-0.5, 0.0, 0.5].map(|y| [x, y]));
     let line = |(k, [x, y]): (usize, [f64; 2])| {
-        let [u, v] = camera.pixel([x, y, 0.0]).expect("seen").map(f64::round);
+        let [u, v] = camera.pixel([x, y, 0.0]).unwrap().map(f64::round);
         let u = if k == 0 { u + off } else { u };
         format!(" --point {x},{y},{u},{v}")
     };
@@ -37,21 +36,20 @@ fn a_camera_is_calibrated_from_typed_points_or_refused() {
     let line = format!("camera calibrate --rig {dir}/rig.toml --out {dir}/found.toml");
     let said = done(&format!("{line}{}", typed(&known, 0.0)));
     assert!(said["reprojection_error"].as_f64() < Some(1.0), "{said}");
-    let found = Rig::load(&folder.path().join("found.toml")).expect("a rig");
+    let found = Rig::load(&folder.path().join("found.toml")).unwrap();
     let (found, known_at) = (found.camera.position, known.camera.position);
-    let (found, known_at) = (found.expect("found"), known_at.expect("known"));
+    let (found, known_at) = (found.unwrap(), known_at.unwrap());
     for (found, known) in found.iter().zip(known_at) {
         assert!((found - known).abs() < 0.02, "{found} {known}");
     }
 
-    let (outcome, why) = refusal(&format!("{line}{}", typed(&known, 30.0)));
-    assert_eq!(outcome, Outcome::BadInput);
+    let why = bad_input(&format!("{line}{}", typed(&known, 30.0)));
     assert!(why.contains("px") && why.contains("typed"), "{why}");
-    let (_, why) = refusal(&format!("{line} --point 0.2,0.1,300,200"));
+    let why = bad_input(&format!("{line} --point 0.2,0.1,300,200"));
     assert!(why.contains("at least 4"), "{why}");
     open.camera.matrix = None;
     write(&folder.path().join("rig.toml"), &open.to_toml());
-    let (_, why) = refusal(&format!("{line}{}", typed(&known, 0.0)));
+    let why = bad_input(&format!("{line}{}", typed(&known, 0.0)));
     assert!(why.contains("--size"), "{why}");
 }
 
@@ -66,8 +64,8 @@ fn commands(page: &str, words: &str) -> Vec<String> {
 fn the_pages_examples_of_typed_points_are_good_calibrations() {
     let (folder, dir) = folder_and_path();
     let page = include_str!("../../docs/camera.md");
-    let (_, lens) = page.split_once("```toml\n[camera]\n").expect("a lens");
-    let (lens, _) = lens.split_once("```").expect("an end");
+    let (_, lens) = page.split_once("```toml\n[camera]\n").unwrap();
+    let (lens, _) = lens.split_once("```").unwrap();
     let rig = Rig::template();
     write(&folder.path().join("rig.toml"), rig);
     let with_lens = rig.replacen("[camera]\n", &format!("[camera]\n{lens}"), 1);
@@ -107,22 +105,21 @@ fn a_colour_is_proposed_from_an_image_and_shown() {
         rgb: (0..width * height).flat_map(pixel).collect(),
         grey: false,
     };
-    let png = png_of(&image).expect("a picture");
-    std::fs::write(folder.path().join("a.png"), png).expect("written");
+    let png = png_of(&image).unwrap();
+    std::fs::write(folder.path().join("a.png"), png).unwrap();
     let said = done(&format!("camera tune {dir}/a.png --out {dir}/found.png"));
-    let hue = |end: usize| said["colour"]["hue"][end].as_f64().expect("a hue");
+    let hue = |end: usize| said["colour"]["hue"][end].as_f64().unwrap();
     // The blue that was painted has 229 degrees.
     assert!(hue(0) < 229.0 && hue(1) > 229.0, "{said}");
     assert!(folder.path().join("found.png").is_file());
-    let (_, why) = refusal(&format!("camera tune {dir}/a.png --out {dir}/a.png"));
+    let why = bad_input(&format!("camera tune {dir}/a.png --out {dir}/a.png"));
     assert!(why.contains("over the image"), "{why}");
-    let (outcome, why) = refusal(&format!(
+    let why = bad_input(&format!(
         "camera tune {dir}/a.png --pixel 5,5 --out {dir}/b.png"
     ));
-    assert_eq!(outcome, Outcome::BadInput);
     assert!(why.contains("--pixel"), "{why}");
     write(&folder.path().join("no.png"), "no image");
-    let (_, why) = refusal(&format!("camera tune {dir}/no.png --out {dir}/b.png"));
+    let why = bad_input(&format!("camera tune {dir}/no.png --out {dir}/b.png"));
     assert!(why.contains("neither JPEG, PNG nor WebP"), "{why}");
 }
 
@@ -137,8 +134,8 @@ fn a_board_that_cannot_be_is_refused_with_what_is_wrong() {
         rgb: vec![200; 3 * size[0] * size[1]],
         grey: false,
     };
-    let png = png_of(&image).expect("encodes");
-    std::fs::write(folder.path().join("white.png"), png).expect("written");
+    let png = png_of(&image).unwrap();
+    std::fs::write(folder.path().join("white.png"), png).unwrap();
 
     let line = format!("camera calibrate --rig {dir}/rig.toml");
     let board = "--square 0.04 --marker 0.03 --dictionary DICT_5X5_100";
@@ -169,8 +166,7 @@ fn a_board_that_cannot_be_is_refused_with_what_is_wrong() {
             "corners",
         ),
     ] {
-        let (outcome, why) = refusal(&format!("{line} {words}"));
-        assert_eq!(outcome, Outcome::BadInput, "{words}: {why}");
+        let why = bad_input(&format!("{line} {words}"));
         assert!(why.contains(reason), "{words}: {why}");
     }
 }

@@ -26,7 +26,7 @@ pub fn done(line: &str) -> Value {
 
 /// A folder that goes when it is dropped, and its path as it is typed.
 pub fn folder_and_path() -> (TempDir, String) {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().unwrap();
     let dir = folder.path().display().to_string();
     (folder, dir)
 }
@@ -39,10 +39,10 @@ pub fn demo(options: &str) -> (TempDir, String) {
 }
 
 pub fn computed(said: &Value) -> Vec<(String, u64)> {
-    let stages = said["stages"].as_array().expect("stages");
+    let stages = said["stages"].as_array().unwrap();
     let row = |stage: &Value| {
-        let name = stage["name"].as_str().expect("a name");
-        (name.into(), stage["computed"].as_u64().expect("a count"))
+        let name = stage["name"].as_str().unwrap();
+        (name.into(), stage["computed"].as_u64().unwrap())
     };
     stages.iter().map(row).collect()
 }
@@ -55,25 +55,37 @@ pub fn refusal(line: &str) -> (Outcome, String) {
     }
 }
 
+/// What a command says that was asked for what cannot be.
+pub fn bad_input(line: &str) -> String {
+    let (outcome, text) = refusal(line);
+    assert_eq!(outcome, Outcome::BadInput, "{line}: {text}");
+    text
+}
+
+/// The bytes of every file of a folder, by name.
+pub fn bytes(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let file = |entry: std::io::Result<std::fs::DirEntry>| {
+        let entry = entry.unwrap();
+        let name = entry.file_name().into_string().unwrap();
+        (name, std::fs::read(entry.path()).unwrap())
+    };
+    let mut files: Vec<_> = entries.map(file).collect();
+    files.sort();
+    files
+}
+
 pub fn json(dir: &Path, file: &str) -> Value {
     let text = std::fs::read_to_string(dir.join(file)).expect(file);
-    serde_json::from_str(&text).expect("JSON")
+    serde_json::from_str(&text).unwrap()
 }
 
 /// Whether the page forbids the browser to fetch anything, and names nothing to be fetched; `make report` watches one.
 pub fn fetches_nothing(page: &str) -> bool {
-    let named = [
-        "src=",
-        "href=\"http",
-        "url(",
-        "@import",
-        "fetch(",
-        "XMLHttpRequest",
-        "import(",
-    ];
-    page.contains("default-src 'none'") && named.iter().all(|name| !page.contains(name))
+    let named = "src=|href=\"http|url(|@import|fetch(|XMLHttpRequest|import(";
+    page.contains("default-src 'none'") && named.split('|').all(|name| !page.contains(name))
 }
 
 pub fn write(path: &Path, text: &str) {
-    std::fs::write(path, text).expect("written");
+    std::fs::write(path, text).unwrap();
 }

@@ -1,25 +1,13 @@
 //! A night over several rigs.
 
 use std::fs;
-use std::path::Path;
 
 use carom::Outcome;
 use serde_json::Value;
 
-use crate::fixture::{answer, done, fetches_nothing, folder_and_path, json, refusal, write};
-
-/// The bytes of every file of the first version.
-fn version(run: &Path) -> Vec<(String, Vec<u8>)> {
-    let files = fs::read_dir(run.join("versions/v0001")).expect("a version");
-    let file = |file: std::io::Result<fs::DirEntry>| {
-        let file = file.expect("a file");
-        let name = file.file_name().to_string_lossy().into_owned();
-        (name, fs::read(file.path()).expect("readable"))
-    };
-    let mut files: Vec<_> = files.map(file).collect();
-    files.sort();
-    files
-}
+use crate::fixture::{
+    answer, bad_input, bytes, done, fetches_nothing, folder_and_path, json, write,
+};
 
 #[test]
 fn each_rig_is_decided_on_by_itself_and_what_they_share_is_said() {
@@ -37,20 +25,20 @@ fn each_rig_is_decided_on_by_itself_and_what_they_share_is_said() {
         names.iter().map(recipe).collect::<String>()
     };
     // The first has no rig file, the last no logs.
-    fs::create_dir_all(path.join("none/logs")).expect("a folder");
-    fs::copy(path.join("left/rig.toml"), path.join("none/rig.toml")).expect("copied");
+    fs::create_dir_all(path.join("none/logs")).unwrap();
+    fs::copy(path.join("left/rig.toml"), path.join("none/rig.toml")).unwrap();
     write(
         &path.join("fleet.toml"),
         &recipes(&["broken", "left", "none", "right"]),
     );
-    fs::create_dir_all(path.join("broken/logs")).expect("a folder");
+    fs::create_dir_all(path.join("broken/logs")).unwrap();
 
     let night = answer(&format!(
         "nightly --fleet {dir}/fleet.toml --out {dir}/runs"
     ));
     assert_eq!(night.outcome, Outcome::BadInput, "{}", night.text);
     assert_eq!(night.json, json(&path.join("runs"), "fleet.json"));
-    let rigs = night.json["rigs"].as_array().expect("rigs");
+    let rigs = night.json["rigs"].as_array().unwrap();
     let exits: Vec<_> = rigs.iter().map(|rig| rig["exit"].as_u64()).collect();
     assert_eq!(
         exits,
@@ -59,19 +47,17 @@ fn each_rig_is_decided_on_by_itself_and_what_they_share_is_said() {
         night.text
     );
     assert!(night.text.contains("carom rig init") && night.text.contains("find logs in"));
-    let page = fs::read_to_string(path.join("runs/fleet.html")).expect("a page");
+    let page = fs::read_to_string(path.join("runs/fleet.html")).unwrap();
     assert!(fetches_nothing(&page) && page.contains("left/report.html"));
 
     // What a rig's night alone would have published.
     done(&format!(
         "nightly {dir}/left/logs --rig {dir}/left/rig.toml --out {dir}/alone"
     ));
-    assert_eq!(
-        version(&path.join("runs/left")),
-        version(&path.join("alone"))
-    );
+    let version = |run: &str| bytes(&path.join(run).join("versions/v0001"));
+    assert_eq!(version("runs/left"), version("alone"));
 
-    let known = night.json["known"].as_array().expect("quantities");
+    let known = night.json["known"].as_array().unwrap();
     let of = |name: &str| {
         let mut known = known.iter().filter(|one| one["name"] == name);
         known.next().unwrap_or_else(|| panic!("{name}: {known:?}"))
@@ -83,7 +69,7 @@ fn each_rig_is_decided_on_by_itself_and_what_they_share_is_said() {
     let own = known.iter().filter(|one| one["shared"] == "own");
     let is_of_both = |one: &&Value| one["rigs"].as_object().is_some_and(|rigs| rigs.len() == 2);
     let mut of_both = own.filter(is_of_both);
-    let turned = of_both.next().expect("an effect that both rigs name");
+    let turned = of_both.next().unwrap();
     assert!(
         turned["part"] != "table" && turned["common"].is_null(),
         "{turned}"
@@ -94,7 +80,6 @@ fn each_rig_is_decided_on_by_itself_and_what_they_share_is_said() {
         "nightly --fleet {dir}/fleet.toml --out {dir}/runs"
     ));
     assert_eq!(next.json["rigs"][1]["night"]["status"], "nothing_new");
-    let (outcome, why) = refusal(&format!("nightly --fleet {dir}/none.toml --out {dir}/runs"));
-    assert_eq!(outcome, Outcome::BadInput);
+    let why = bad_input(&format!("nightly --fleet {dir}/none.toml --out {dir}/runs"));
     assert!(why.contains("none.toml"), "{why}");
 }

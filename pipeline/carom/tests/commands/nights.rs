@@ -12,7 +12,7 @@ use crate::fixture::{carom, done, json};
 
 /// Bytes that a folder holds.
 fn size(dir: &Path) -> u64 {
-    let files = fs::read_dir(dir).expect("a folder").flatten();
+    let files = fs::read_dir(dir).unwrap().flatten();
     files
         .map(|file| match file.metadata() {
             Ok(it) if it.is_dir() => size(&file.path()),
@@ -23,15 +23,15 @@ fn size(dir: &Path) -> u64 {
 
 #[test]
 fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_anew() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().unwrap();
     let dir = folder.path();
     let name = dir.display();
     done(&format!("demo --strikes 100 --seed 4 --out {name}/rig"));
-    fs::create_dir(dir.join("logs")).expect("a folder");
+    fs::create_dir(dir.join("logs")).unwrap();
     let log = |session: u32| {
         let session = format!("session_{session:03}.mcap");
         let from = dir.join("rig/logs").join(&session);
-        fs::copy(from, dir.join("logs").join(&session)).expect("copied");
+        fs::copy(from, dir.join("logs").join(&session)).unwrap();
     };
     // So split, the first session's 25 strikes hold out eight, which judge a first version.
     let usual = format!("{name}/logs --rig {name}/rig/rig.toml --out {name}/run --seed 6");
@@ -40,7 +40,7 @@ fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_
     log(1);
     done(&format!("run {usual}"));
     done(&format!("artifacts rollback v0001 --artifacts {name}/run"));
-    let latest = || fs::read_to_string(dir.join("run/latest")).expect("a version");
+    let latest = || fs::read_to_string(dir.join("run/latest")).unwrap();
     assert_eq!(latest().trim(), "v0001");
 
     // Once the night has answered for the new log it has read what is in use, and minutes of work on this machine lie ahead.
@@ -57,7 +57,7 @@ fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_
     }
     done(&format!("artifacts rollback v0002 --artifacts {name}/run"));
     assert!(!night.is_finished(), "the night was over before");
-    let night = night.join().expect("no panic").expect("a decision");
+    let night = night.join().unwrap().unwrap();
     assert_eq!(
         (&night["before"], &night["latest"]),
         (&"v0001".into(), &"v0002".into())
@@ -66,16 +66,16 @@ fn a_version_that_is_put_to_use_during_a_night_stays_and_the_next_night_decides_
     assert_eq!(latest().trim(), "v0002");
 
     // The decision was about another version.
-    let next = carom(&format!("nightly {usual}")).expect("a decision").json;
+    let next = carom(&format!("nightly {usual}")).unwrap().json;
     assert_ne!(next["status"], "nothing_new", "{next}");
     assert_eq!(json(&run, "nightly.json")["before"], "v0002");
 
     // Less than it learnt from is no reason to replace it.
     let in_use = latest();
     for session in [1, 2] {
-        fs::remove_file(dir.join(format!("logs/session_{session:03}.mcap"))).expect("removed");
+        fs::remove_file(dir.join(format!("logs/session_{session:03}.mcap"))).unwrap();
     }
-    let poorer = carom(&format!("nightly {usual}")).expect("a decision").json;
+    let poorer = carom(&format!("nightly {usual}")).unwrap().json;
     assert_eq!(poorer["status"], "kept", "{poorer}");
     assert!(
         poorer["why"].to_string().contains("session_001.mcap"),
@@ -93,21 +93,21 @@ struct Lab {
 impl Lab {
     /// Of a table that leans: the demo's whole mixture takes each night's diagnosis several times as long.
     fn new() -> Self {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = tempfile::tempdir().unwrap();
         let mut truth = Truth::demo(&Truth::demo_rig(Shape::Cylinder), 3);
-        truth.hidden = Hidden::parse(&["table_tilt"]).expect("an effect");
-        fs::create_dir(folder.path().join("logs")).expect("a folder");
-        fs::write(folder.path().join("rig.toml"), truth.rig.to_toml()).expect("written");
+        truth.hidden = Hidden::parse(&["table_tilt"]).unwrap();
+        fs::create_dir(folder.path().join("logs")).unwrap();
+        fs::write(folder.path().join("rig.toml"), truth.rig.to_toml()).unwrap();
         Self { truth, folder }
     }
 
     /// The strikes of one night, in one log: commands and starts go through their ranges.
     fn night(&self, number: usize, strikes: usize) {
         let (truth, logs) = (&self.truth, self.folder.path().join("logs"));
-        let mut sim = Sim::from(truth.clone()).expect("a rig");
+        let mut sim = Sim::from(truth.clone()).unwrap();
         sim = sim.after(100 * number).in_session(number);
         let path = logs.join(format!("night_{number}.mcap"));
-        let mut writer = RecordingWriter::create(&path, &truth.rig.topics).expect("a log");
+        let mut writer = RecordingWriter::create(&path, &truth.rig.topics).unwrap();
         for strike in 0..strikes {
             // Steps of the golden ratio and of its square fill a square evenly.
             let part = |step: f64| ((strike + 31 * number) as f64 * step).fract();
@@ -118,9 +118,9 @@ impl Lab {
             );
             let command = Command::new(0.5 + 0.4 * along, -0.35 + 0.7 * across);
             let samples = sim.strike(from, command).samples;
-            writer.write(&samples).expect("written");
+            writer.write(&samples).unwrap();
         }
-        writer.finish().expect("a log");
+        writer.finish().unwrap();
     }
 
     fn run(&self) -> PathBuf {
@@ -149,10 +149,10 @@ fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after
     let changed = nightly();
     assert_eq!(changed["status"], "promoted", "{changed}");
     assert_eq!(changed["quarantined"], false);
-    let what = changed["change"]["what"].as_str().expect("a change");
+    let what = changed["change"]["what"].as_str().unwrap();
     assert!(what.ends_with("changed beyond chance: friction"), "{what}");
     let gate = &changed["beats"];
-    let mean = |of: &str| gate[of].as_f64().expect("a mean");
+    let mean = |of: &str| gate[of].as_f64().unwrap();
     assert!(
         mean("candidate_mean") < 0.3 * mean("current_mean"),
         "{gate}"
@@ -174,7 +174,7 @@ fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after
     lab.night(3, 25);
     let back = nightly();
     assert_eq!(back["status"], "promoted", "{back}");
-    let why = back["why"][0].as_str().expect("a sentence");
+    let why = back["why"][0].as_str().unwrap();
     assert!(
         why.starts_with("from v0001 from before the last change: not worse"),
         "{why}"
@@ -186,7 +186,7 @@ fn friction_that_rises_for_good_is_followed_the_same_night_and_learnt_from_after
 fn of_two_logs_of_a_night_only_the_one_whose_strikes_scatter_is_set_aside() {
     let mut lab = Lab::new();
     let line = lab.line();
-    let nightly = || carom(&line).expect("a decision").json;
+    let nightly = || carom(&line).unwrap().json;
     lab.night(0, 100);
     assert_eq!(nightly()["status"], "promoted");
 
@@ -221,9 +221,7 @@ fn an_object_that_goes_half_as_far_is_followed_the_same_night() {
     let versions = lab.run().join("versions");
     let region = |version: &str| {
         let manifest = json(&versions.join(version), "manifest.json");
-        manifest["trained_region"]["distance"][0]
-            .as_f64()
-            .expect("a length")
+        manifest["trained_region"]["distance"][0].as_f64().unwrap()
     };
 
     lab.truth.friction *= 1.6;
@@ -232,7 +230,7 @@ fn an_object_that_goes_half_as_far_is_followed_the_same_night() {
     let changed = nightly();
     assert_eq!(changed["status"], "promoted", "{changed}");
     let gate = &changed["beats"];
-    let mean = |of: &str| gate[of].as_f64().expect("a mean");
+    let mean = |of: &str| gate[of].as_f64().unwrap();
     assert!(
         mean("candidate_mean") < 0.2 * mean("current_mean"),
         "{gate}"

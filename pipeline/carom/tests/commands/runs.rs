@@ -6,7 +6,7 @@ use std::path::Path;
 use carom::Outcome;
 use serde_json::Value;
 
-use crate::fixture::{answer, computed, demo, done, fetches_nothing, json, refusal};
+use crate::fixture::{answer, bad_input, computed, demo, done, fetches_nothing, json, refusal};
 
 #[test]
 fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
@@ -15,19 +15,9 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
     let options = format!("--rig {dir}/rig/rig.toml --out {dir}");
     let said = done(&format!("{first} {options}"));
     assert_eq!(said["version"], "v0001");
-    for file in [
-        "strikes.parquet",
-        "tracks.parquet",
-        "rejects.parquet",
-        "world.toml",
-        "diagnosis.json",
-        "solutions.parquet",
-        "residuals.parquet",
-        "evaluation.json",
-        "report.html",
-        "versions/v0001/manifest.json",
-        "latest",
-    ] {
+    let files = "strikes.parquet tracks.parquet rejects.parquet world.toml diagnosis.json solutions.parquet \
+        residuals.parquet evaluation.json report.html versions/v0001/manifest.json latest";
+    for file in files.split(' ') {
         assert!(folder.path().join(file).is_file(), "{file}");
     }
 
@@ -50,7 +40,7 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
     ));
     for model in ["nominal", "sysid"] {
         for (outcome, struck_at) in [(&trial[model], 4), (&trial["figure_8"][model], 16)] {
-            let count = |key: &str| outcome[key].as_array().expect("a list").len();
+            let count = |key: &str| outcome[key].as_array().unwrap().len();
             assert_eq!(count("strikes") + count("refusals"), struck_at, "{model}");
         }
     }
@@ -59,18 +49,17 @@ fn a_demo_becomes_a_version_that_strikes_and_can_be_rebuilt() {
         folder.path().join("rig/truth.json"),
         folder.path().join("rig/hidden.json"),
     )
-    .expect("moved");
-    let (outcome, why) = refusal(&format!("trial --artifacts {dir} --robot sim"));
-    assert_eq!(outcome, Outcome::BadInput);
+    .unwrap();
+    let why = bad_input(&format!("trial --artifacts {dir} --robot sim"));
     assert!(why.contains("--robot world"), "{why}");
     let own = done(&format!(
         "trial --artifacts {dir} --robot world --targets 6 --repeats 1 --sessions 0"
     ));
-    let robot = own["robot"].as_str().expect("a name");
+    let robot = own["robot"].as_str().unwrap();
     assert!(robot.contains("no evidence about reality"), "{robot}");
-    let mean = |model: &str| own[model]["mean"].as_f64().expect("a mean");
+    let mean = |model: &str| own[model]["mean"].as_f64().unwrap();
     assert!(mean("sysid") < mean("nominal"), "{own}");
-    let report = std::fs::read_to_string(folder.path().join("report.html")).expect("a report");
+    let report = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert!(report.contains("Closed loop") && report.contains("v0002"));
     assert!(fetches_nothing(&report), "the page fetches nothing");
 
@@ -116,8 +105,7 @@ fn signs(dir: &str) {
     done(&format!("key new --out {dir}/carom.key"));
     let artifacts = format!("--artifacts {dir}");
     let verify = format!("artifacts verify {artifacts} --key {dir}/carom.pub");
-    let (outcome, text) = refusal(&verify);
-    assert_eq!(outcome, Outcome::BadInput, "{text}");
+    let text = bad_input(&verify);
     assert!(text.contains("not signed"), "{text}");
     done(&format!("artifacts sign {artifacts} --key {dir}/carom.key"));
     assert_eq!(done(&verify)["sequence"], 1);
@@ -125,8 +113,7 @@ fn signs(dir: &str) {
         format!("artifacts rollback v0002 {artifacts}"),
         format!("publish --out {dir}"),
     ] {
-        let (outcome, text) = refusal(&line);
-        assert_eq!(outcome, Outcome::BadInput, "{text}");
+        let text = bad_input(&line);
         assert!(text.contains("--key FILE"), "{line}: {text}");
     }
     done(&format!(
@@ -142,7 +129,7 @@ fn signs(dir: &str) {
 
 #[test]
 fn a_hidden_effect_is_named_used_kept_out_on_request_and_struck_with() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().unwrap();
     let (path, dir) = (folder.path(), folder.path().display());
     done(&format!(
         "demo --strikes 120 --seed 3 --hide table_tilt=0.012,0.008 --out {dir}/rig"
@@ -153,12 +140,12 @@ fn a_hidden_effect_is_named_used_kept_out_on_request_and_struck_with() {
     assert_eq!(diagnosis["verdict"], "named");
     assert_eq!(diagnosis["effects"][0]["name"], "table_tilt");
     assert_eq!(json(path, "diagnosis.json"), diagnosis);
-    let report = std::fs::read_to_string(path.join("report.html")).expect("a report");
+    let report = std::fs::read_to_string(path.join("report.html")).unwrap();
     assert!(report.contains("Where simulation and strikes disagree") && fetches_nothing(&report));
 
     let said = done(&format!("run {logs}"));
     assert!(computed(&said).contains(&("diagnose".into(), 0)));
-    let mean = |table: &Value, model: &str| table[model]["mean"].as_f64().expect("a mean");
+    let mean = |table: &Value, model: &str| table[model]["mean"].as_f64().unwrap();
     let evaluation = json(path, "evaluation.json");
     assert!(mean(&evaluation, "effect") < 0.8 * mean(&evaluation, "sysid"));
     // What is added to the effects may be nothing: then the version holds no such model, and its row here is that of the effects.
@@ -207,35 +194,27 @@ fn is_shown_and_exported(path: &Path) {
     let id = json(path, "evaluation.json")["predictions"][0]["strike_id"].clone();
     let view = format!(
         "view {dir} --strike {} -o {dir}/view.mcap",
-        id.as_str().expect("an id")
+        id.as_str().unwrap()
     );
     assert_eq!(done(&view)["shown"]["strikes"], 1);
-    let bytes = std::fs::read(path.join("view.mcap")).expect("a view");
-    let messages = mcap::MessageStream::new(&bytes).expect("a log");
+    let bytes = std::fs::read(path.join("view.mcap")).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap();
     let mut topics: BTreeMap<String, usize> = BTreeMap::new();
     for message in messages {
-        let channel = message.expect("a message").channel;
-        let schema = channel.schema.as_ref().expect("a schema");
+        let channel = message.unwrap().channel;
+        let schema = channel.schema.as_ref().unwrap();
         assert_eq!(
             (&*channel.message_encoding, &*schema.encoding),
             ("protobuf", "protobuf")
         );
         *topics.entry(channel.topic.clone()).or_default() += 1;
     }
-    for topic in [
-        "strike",
-        "measured",
-        "sysid",
-        "effect",
-        "effects",
-        "effects/points",
-        "table",
-    ] {
+    for topic in "strike measured sysid effect effects effects/points table".split(' ') {
         assert_eq!(topics[&format!("/carom/{topic}")], 1, "{topics:?}");
     }
     assert!(topics["/carom/motion"] > 10 && topics["/carom/transforms"] > 10);
     done(&view);
-    assert!(bytes == std::fs::read(path.join("view.mcap")).expect("a view"));
+    assert!(bytes == std::fs::read(path.join("view.mcap")).unwrap());
     for wrong in ["--strike none -o view.mcap", "-o view.txt"] {
         let (outcome, _) = refusal(&format!("view {dir} {wrong}"));
         assert_eq!(outcome, Outcome::BadInput);
@@ -258,7 +237,7 @@ fn too_few_strikes_to_diagnose_are_no_failure_of_a_run_and_publish_nothing() {
     let said = answer(&format!(
         "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
     ));
-    let why = said.json["no_diagnosis"].as_str().expect("a reason");
+    let why = said.json["no_diagnosis"].as_str().unwrap();
     assert!(why.contains("log more strikes"), "{why}");
     // Nothing judges what came out: it is a candidate, and no robot finds it.
     assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
@@ -266,8 +245,7 @@ fn too_few_strikes_to_diagnose_are_no_failure_of_a_run_and_publish_nothing() {
     assert!(said.text.contains("record 73 more"), "{}", said.text);
     assert!(!folder.path().join("latest").exists());
     assert!(!folder.path().join("diagnosis.json").exists());
-    let (outcome, text) = refusal(&format!("diagnose --out {dir}"));
-    assert_eq!(outcome, Outcome::BadInput, "{text}");
+    let text = bad_input(&format!("diagnose --out {dir}"));
     assert!(text.contains("log more strikes"), "{text}");
 }
 
@@ -278,17 +256,16 @@ fn a_ball_is_identified_and_learnt_though_nothing_diagnoses_it() {
         "run {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}"
     ));
     assert_eq!(said["version"], "v0001");
-    let why = said["no_diagnosis"].as_str().expect("a reason");
+    let why = said["no_diagnosis"].as_str().unwrap();
     assert!(why.contains("a ball rolls"), "{why}");
-    let (outcome, why) = refusal(&format!("diagnose --out {dir}"));
-    assert_eq!(outcome, Outcome::BadInput, "{why}");
+    bad_input(&format!("diagnose --out {dir}"));
 }
 
 #[test]
 fn a_second_run_in_a_folder_is_asked_to_try_again() {
     let (folder, dir) = demo("--strikes 1 --hide none");
     let options = stage::Options::default();
-    let first = stage::Run::open(&folder.path().join("run"), options).expect("a run");
+    let first = stage::Run::open(&folder.path().join("run"), options).unwrap();
     let (outcome, text) = refusal(&format!(
         "ingest {dir}/rig/logs --rig {dir}/rig/rig.toml --out {dir}/run"
     ));

@@ -21,10 +21,7 @@ fn bash_completes_the_words_of_both_programs() {
              _{program} {program} \"${{COMP_WORDS[COMP_CWORD]}}\" \"${{COMP_WORDS[COMP_CWORD-1]}}\"\n\
              printf '%s\\n' \"${{COMPREPLY[@]}}\""
         );
-        let answer = Command::new("bash")
-            .args(["-c", &asked])
-            .output()
-            .expect("bash");
+        let answer = Command::new("bash").args(["-c", &asked]).output().unwrap();
         let answer = String::from_utf8_lossy(&answer.stdout);
         assert_eq!(answer.trim(), expected, "{words}");
     }
@@ -35,8 +32,8 @@ fn an_answer_that_cannot_be_written_is_no_success() {
     let full = fs::OpenOptions::new().write(true).open("/dev/full");
     let mut program = Command::new(env!("CARGO_BIN_EXE_carom"));
     program.args(["rig", "init"]).stderr(Stdio::null());
-    let status = program.stdout(full.expect("a device")).status();
-    assert_eq!(status.expect("it runs").code(), Some(1));
+    let status = program.stdout(full.unwrap()).status();
+    assert_eq!(status.unwrap().code(), Some(1));
 }
 
 #[test]
@@ -53,9 +50,9 @@ fn every_shell_is_told_every_command() {
 
 #[test]
 fn every_command_has_a_manual_page() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = tempfile::tempdir().unwrap();
     done(&format!("manual --out {}", folder.path().display()));
-    let page = |name: &str| fs::read_to_string(folder.path().join(name)).expect("a page");
+    let page = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     for command in carom::Cli::command().get_subcommands() {
         let page = page(&format!("carom-{}.1", command.get_name()));
         assert!(page.contains(".SH SYNOPSIS"), "{command}");
@@ -65,6 +62,6 @@ fn every_command_has_a_manual_page() {
 }
 
 fn script(shell: &str, program: &str) -> String {
-    let said = carom(&format!("completions {shell} --program {program}")).expect("a script");
+    let said = carom(&format!("completions {shell} --program {program}")).unwrap();
     said.text
 }

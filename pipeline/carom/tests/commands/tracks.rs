@@ -12,21 +12,21 @@ use crate::fixture::{answer, carom, folder_and_path};
 
 /// 120 strikes of a demo with this hidden, half of which a fence turns back; with the truth's friction and restitution.
 fn fenced(folder: &Path, hide: &[&str]) -> (f64, f64) {
-    let hidden = Hidden::parse(hide).expect("known effects");
+    let hidden = Hidden::parse(hide).unwrap();
     let mut settings = demo::Settings::new(Shape::Cylinder, 120, 21, Some(hidden));
     settings.truth.fences = vec![FenceTruth {
         from: Point::new(0.55, -0.8),
         to: Point::new(0.65, 0.8),
         restitution: 0.5,
     }];
-    demo::write(&settings, folder).expect("written");
+    demo::write(&settings, folder).unwrap();
     (settings.truth.friction, settings.truth.restitution)
 }
 
 /// Whether an interval of `world.toml`'s parameters holds a value; 95 % of them do.
 fn holds(said: &Value, name: &str, value: f64) -> bool {
     let estimate = &said["parameters"][name];
-    let end = |key: &str| estimate[key].as_f64().expect("an interval");
+    let end = |key: &str| estimate[key].as_f64().unwrap();
     (end("low")..=end("high")).contains(&value)
 }
 
@@ -35,14 +35,14 @@ fn a_fence_that_nobody_stated_is_found_told_and_ends_tracks() {
     let (folder, dir) = folder_and_path();
     let (friction, restitution) = fenced(&folder.path().join("rig"), &["none"]);
     let rig = format!("--rig {dir}/rig/rig.toml");
-    let checked = carom(&format!("check {dir}/rig/logs {rig}")).expect("checked");
-    let findings = checked.json["findings"].as_array().expect("findings");
+    let checked = carom(&format!("check {dir}/rig/logs {rig}")).unwrap();
+    let findings = checked.json["findings"].as_array().unwrap();
     let fences: Vec<&Value> = findings
         .iter()
         .filter(|finding| finding["finding"] == "fence")
         .collect();
     assert_eq!(fences.len(), 1, "{}", checked.text);
-    let mend = fences[0]["words"]["mend"].as_str().expect("words");
+    let mend = fences[0]["words"]["mend"].as_str().unwrap();
     assert!(mend.contains("[[table.fences]] from = ["), "{mend}");
     let said = answer(&format!("ingest {dir}/rig/logs {rig} --out {dir}/run"));
     // One meets the fence within the frames that tell nothing.
@@ -58,7 +58,7 @@ fn a_fence_that_nobody_stated_is_found_told_and_ends_tracks() {
         "{}",
         said.text
     );
-    let strikes = tables::read_strikes(&folder.path().join("run")).expect("tables");
+    let strikes = tables::read_strikes(&folder.path().join("run")).unwrap();
     let cut = strikes.iter().filter(|strike| !strike.has_stop()).count();
     assert!((30..110).contains(&cut), "{cut} of {}", strikes.len());
     // None goes on behind a bounce.
@@ -91,20 +91,20 @@ fn an_air_table_on_which_nothing_stops_is_identified_and_diagnosed_and_not_publi
         wall_restitution: 0.9,
         seed: 5,
     };
-    std::fs::create_dir(folder.path().join("logs")).expect("a folder");
+    std::fs::create_dir(folder.path().join("logs")).unwrap();
     for session in 0..2 {
         let log = folder.path().join(format!("logs/session_{session}.mcap"));
-        table.write(140.0, session, &log).expect("written");
+        table.write(140.0, session, &log).unwrap();
     }
     let rig = folder.path().join("rig.toml");
-    std::fs::write(&rig, AirTable::rig().to_toml()).expect("written");
+    std::fs::write(&rig, AirTable::rig().to_toml()).unwrap();
     let said = answer(&format!(
         "run {dir}/logs --rig {dir}/rig.toml --out {dir}/run"
     ));
     assert_eq!(said.outcome, Outcome::Refused, "{}", said.text);
     // Of 51 hits, all but those that graze, or after which the puck meets a wall within the frames that tell nothing.
     assert!(said.json["strikes"].as_u64() > Some(35), "{}", said.text);
-    let rejects = tables::read_rejects(&folder.path().join("run")).expect("tables");
+    let rejects = tables::read_rejects(&folder.path().join("run")).unwrap();
     let tells_nothing = |reject: &Reject| {
         let said = &reject.detail;
         said.contains("only grazes it") || said.contains("frames after the impact")
@@ -169,20 +169,20 @@ fn pushed(log: &Path, friction: f64, count: u32) {
         });
     }
     let topics = Rig::demo(Shape::Cylinder).topics;
-    let mut writer = RecordingWriter::create(log, &topics).expect("created");
-    writer.write(&samples).expect("written");
-    writer.finish().expect("finished");
+    let mut writer = RecordingWriter::create(log, &topics).unwrap();
+    writer.write(&samples).unwrap();
+    writer.finish().unwrap();
 }
 
 #[test]
 fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
     let (folder, dir) = folder_and_path();
-    let hidden = Hidden::parse(&["none"]).expect("known effects");
+    let hidden = Hidden::parse(&["none"]).unwrap();
     let mut settings = demo::Settings::new(Shape::Cylinder, 30, 23, Some(hidden));
     settings.log_state = true;
-    demo::write(&settings, &folder.path().join("rig")).expect("written");
+    demo::write(&settings, &folder.path().join("rig")).unwrap();
     let friction = settings.truth.friction;
-    std::fs::create_dir(folder.path().join("pushes")).expect("a folder");
+    std::fs::create_dir(folder.path().join("pushes")).unwrap();
     pushed(&folder.path().join("pushes/hand.mcap"), friction, 40);
     let run = |logs: &str, to: &str| {
         let line = format!("ingest {logs} --rig {dir}/rig/rig.toml --out {dir}/{to}");
@@ -190,7 +190,7 @@ fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
         (read, answer(&format!("sysid --out {dir}/{to}")))
     };
     let width = |said: &Value, name: &str| {
-        let end = |key: &str| said["parameters"][name][key].as_f64().expect("an end");
+        let end = |key: &str| said["parameters"][name][key].as_f64().unwrap();
         end("high") - end("low")
     };
     let (_, alone) = run(&format!("{dir}/rig/logs"), "alone");
@@ -222,7 +222,7 @@ fn a_hands_pushes_teach_friction_beside_strikes_and_alone_publish_nothing() {
         changed.abs() < 0.25 * width(&alone.json, "restitution"),
         "{changed}"
     );
-    let strikes = |run: &str| tables::read_strikes(&folder.path().join(run)).expect("tables");
+    let strikes = |run: &str| tables::read_strikes(&folder.path().join(run)).unwrap();
     assert_eq!(strikes("alone").len(), strikes("both").len());
 
     let said = answer(&format!(

@@ -1,25 +1,10 @@
 //! Workers beside one another, what is told of them, and the run that gathers their work.
 
 use std::fs;
-use std::path::Path;
 
-use carom::Outcome;
 use serde_json::Value;
 
-use crate::fixture::{computed, demo, done, refusal};
-
-/// The bytes of every file of a folder, by name.
-fn bytes(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let entries = fs::read_dir(folder).expect("a folder");
-    let file = |entry: std::io::Result<fs::DirEntry>| {
-        let entry = entry.expect("a file");
-        let name = entry.file_name().to_string_lossy().into_owned();
-        (name, fs::read(entry.path()).expect("readable"))
-    };
-    let mut files: Vec<_> = entries.map(file).collect();
-    files.sort();
-    files
-}
+use crate::fixture::{bad_input, bytes, computed, demo, done, refusal};
 
 /// How many answers workers and runs computed, by stage.
 fn sums(said: &[Value]) -> std::collections::BTreeMap<String, u64> {
@@ -36,8 +21,7 @@ fn workers_compute_each_answer_once_and_the_run_publishes_the_bytes_of_one_machi
     let logs = format!("{dir}/rig/logs --rig {dir}/rig/rig.toml --seed 5 --out {dir}");
     let alone = done(&format!("run {logs}/alone"));
 
-    let (outcome, why) = refusal(&format!("status {dir}/shared"));
-    assert_eq!(outcome, Outcome::BadInput);
+    let why = bad_input(&format!("status {dir}/shared"));
     assert!(why.contains("carom work"), "{why}");
     let worked: Vec<Value> = std::thread::scope(|scope| {
         let shares = (1..=3).map(|share| format!("work {logs}/shared --shard {share}/3"));
@@ -45,14 +29,14 @@ fn workers_compute_each_answer_once_and_the_run_publishes_the_bytes_of_one_machi
             .map(|line| scope.spawn(move || done(&line)))
             .collect();
         let said = workers.into_iter();
-        said.map(|worker| worker.join().expect("works")).collect()
+        said.map(|worker| worker.join().unwrap()).collect()
     });
     assert_eq!(sums(&worked), sums(std::slice::from_ref(&alone)));
 
     let status = done(&format!("status {dir}/shared"));
-    let workers = status["workers"].as_array().expect("workers");
+    let workers = status["workers"].as_array().unwrap();
     assert!(workers.len() == 3 && workers.iter().all(|worker| worker["state"] == "done"));
-    let stages = status["stages"].as_array().expect("stages");
+    let stages = status["stages"].as_array().unwrap();
     assert!(stages.iter().all(|stage| stage["left"] == 0), "{status}");
     assert_eq!(status["to_come"], serde_json::json!([]));
 
@@ -61,7 +45,7 @@ fn workers_compute_each_answer_once_and_the_run_publishes_the_bytes_of_one_machi
     let version = |run: &str| bytes(&folder.path().join(run).join("versions/v0001"));
     assert_eq!(version("shared"), version("alone"));
     for file in ["strikes.parquet", "evaluation.json", "diagnosis.json"] {
-        let file = |run: &str| fs::read(folder.path().join(run).join(file)).expect("written");
+        let file = |run: &str| fs::read(folder.path().join(run).join(file)).unwrap();
         assert_eq!(file("shared"), file("alone"));
     }
     let status = done(&format!("status {dir}/shared"));
@@ -79,29 +63,28 @@ fn logs_with_images_are_tracked_by_one_worker_each_and_a_worker_that_fails_says_
             .map(|line| scope.spawn(move || refusal(&line)))
             .collect();
         let said = workers.into_iter();
-        let said: Vec<_> = said.map(|worker| worker.join().expect("ends")).collect();
+        let said: Vec<_> = said.map(|worker| worker.join().unwrap()).collect();
         said[0].1.clone()
     });
     assert!(why.contains("were kept"), "too few strikes: {why}");
     let status = done(&format!("status {dir}/shared"));
-    let workers = status["workers"].as_array().expect("workers");
+    let workers = status["workers"].as_array().unwrap();
     let failed = |worker: &&Value| {
         worker["state"] == "failed" && worker["doing"] == format!("failed to {why}")
     };
     assert_eq!(workers.iter().filter(failed).count(), 2, "{status}");
-    let stages = status["stages"].as_array().expect("stages");
+    let stages = status["stages"].as_array().unwrap();
     let track = stages
         .iter()
         .find(|stage| stage["stage"] == "track")
-        .expect("tracked");
+        .unwrap();
     let count = fs::read_dir(folder.path().join("rig/logs"))
-        .expect("logs")
+        .unwrap()
         .count();
     assert_eq!(track["jobs"], count);
 
     done(&format!("ingest {logs}/shared"));
     done(&format!("ingest {logs}/alone"));
-    let strikes =
-        |run: &str| fs::read(folder.path().join(run).join("strikes.parquet")).expect("written");
+    let strikes = |run: &str| fs::read(folder.path().join(run).join("strikes.parquet")).unwrap();
     assert_eq!(strikes("shared"), strikes("alone"));
 }

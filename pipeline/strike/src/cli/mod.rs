@@ -1,12 +1,10 @@
 //! The command line: arguments become one plan, one strike and one answer.
 
 mod adapt;
-mod copy;
 mod failure;
 mod load;
 mod show;
 mod strike_one;
-mod watching;
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -43,7 +41,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         ));
     }
     let args = Args {
-        artifacts: copy::local(&args)?,
+        artifacts: load::local(&args)?,
         ..args
     };
     let args = &args;

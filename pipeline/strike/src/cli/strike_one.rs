@@ -1,25 +1,28 @@
 //! One target: plan, strike, log, answer.
 
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
-#[cfg(feature = "sim")]
-use rig::SimChoice;
 use strike::arm::{Arm, ports_of};
 use strike::ur::Ur;
 use strike::xarm::XArm;
 use strike::{
-    Args, Choice, Destination, DryRun, Guarded, Lineage, Memory, OpenLog, Plan, Planner, Reason,
-    Received, Refusal, RobotError, Samples, Seen, StrikeRecord, catch_signals, execute,
-    memory_folder, strike_and_keep, tell,
+    Args, Choice, Destination, DryRun, Guarded, Lineage, Live, Memory, OpenLog, Plan, Planner,
+    Reason, Received, Refusal, Resting, RobotError, Samples, Seen, StrikeRecord, Watched,
+    catch_signals, execute, memory_folder, strike_and_keep, tell,
 };
-#[cfg(feature = "sim")]
-use strike::{SimRobot, TruthSource, take_number};
-use values::{Point, Topics};
+use values::{Point, Rig, Topics};
 
 use super::show::{self, Answer};
-use super::watching::Watching;
 use super::{Failure, REJECTED, point};
+
+#[cfg(feature = "sim")]
+use rig::SimChoice;
+
+#[cfg(feature = "sim")]
+use strike::{SimRobot, TruthSource, take_number};
 
 /// Greatest size in bytes of a strike's log, a camera's messages apart.
 const ROOM: u64 = 8 << 20;
@@ -240,5 +243,36 @@ fn keep(
             let lost = format!("keep the log of a strike that was made: {error}");
             answer.failed = Some(before.map_or(lost.clone(), |first| format!("{first}; {lost}")));
         }
+    }
+}
+
+/// How long the object is waited for to be seen at rest before a strike.
+const BEFORE: Duration = Duration::from_secs(3);
+
+/// The live topics, and the object at rest.
+pub struct Watching {
+    live: Arc<Live>,
+    pub rest: Resting,
+    pub strike: Watched,
+}
+
+impl Watching {
+    /// Connects where `--watch` is given, and looks where the object rests.
+    pub fn open(args: &Args, rig: &Rig) -> Result<Option<Self>, Failure> {
+        let Some(url) = &args.watch else {
+            return Ok(None);
+        };
+        let live = Arc::new(Live::connect(url, rig)?);
+        let rest = live.wait_for_rest(BEFORE, &AtomicBool::new(false))?;
+        Ok(Some(Self {
+            strike: Watched::new(live.clone(), rest),
+            live,
+            rest,
+        }))
+    }
+
+    /// Greatest size in bytes that the messages of a strike may come to.
+    pub fn room(&self) -> u64 {
+        self.live.room()
     }
 }

@@ -4,7 +4,6 @@
 
 mod collection;
 mod error;
-mod event;
 mod filling;
 mod request;
 mod station;
@@ -14,9 +13,8 @@ use std::path::Path;
 use collection::Collection;
 pub use collection::SESSION;
 pub use error::CollectError;
-pub use event::CollectEvent;
 use filling::{choose, request};
-pub use request::StrikeRequest;
+pub use request::{CollectEvent, StrikeRequest};
 #[cfg(feature = "sim")]
 pub use station::SimStation;
 pub use station::{ArmStation, Recorded, Station, Unfinished};

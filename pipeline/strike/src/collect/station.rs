@@ -13,7 +13,7 @@ use values::Point;
 use values::Rig;
 
 use super::error::CollectError;
-use super::event::CollectEvent;
+use super::request::CollectEvent;
 use crate::epoch::Epoch;
 use crate::last_stop::Memory;
 use crate::robot::arm::{Arm, Guarded};

@@ -11,7 +11,7 @@ use tungstenite::http::header::SEC_WEBSOCKET_PROTOCOL;
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message, WebSocket};
 
-use super::LiveError;
+use super::error::LiveError;
 use super::protocol::SUBPROTOCOLS;
 use crate::robot::arm::{is_nothing_yet, why_none};
 

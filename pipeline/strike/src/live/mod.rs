@@ -19,21 +19,22 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
+use channels::Role;
+use connection::Connection;
 use logs::write::Received;
+use recording::MOST_BYTES;
+use rest::{FRESH, resting};
+use seen::{CLOCK, Seen};
+use still::{Sentry, as_before, lifted};
 use tungstenite::Message;
 use values::Rig;
 
 use crate::epoch::Epoch;
 use crate::robot::arm::start;
-use channels::Role;
-use connection::Connection;
+
 pub use error::LiveError;
-use recording::MOST_BYTES;
 pub use rest::Resting;
-use rest::{FRESH, resting};
-use seen::{CLOCK, Seen};
 pub use seen::{ServerMessage, read_messages};
-use still::{Sentry, as_before, lifted};
 
 /// Time after connecting within which topics are advertised.
 const TOPICS: Duration = Duration::from_secs(5);

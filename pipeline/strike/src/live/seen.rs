@@ -5,8 +5,8 @@ use std::time::Instant;
 use logs::write::Received;
 use values::Topics;
 
-use super::LiveError;
 use super::channels::{Channels, Sighting};
+use super::error::LiveError;
 use super::protocol::{self, Control};
 use super::recording::{Places, Recording};
 use super::rest::{FRESH, Place, Resting};

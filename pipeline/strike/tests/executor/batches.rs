@@ -39,10 +39,7 @@ fn order_is_kept_and_junk_is_refused_by_its_line() {
     assert!(answers[0]["speed"].is_f64());
     for (answer, line) in answers[1..9].iter().zip(3..) {
         assert_eq!(answer["refused"], "malformed", "{answer}");
-        assert_eq!(
-            (&answer["from"], &answer["to"]),
-            (&Value::Null, &Value::Null)
-        );
+        assert!(answer["from"].is_null() && answer["to"].is_null());
         let detail = answer["detail"].as_str().unwrap();
         assert!(detail.starts_with(&format!("line {line}:")), "{detail}");
     }
@@ -61,29 +58,9 @@ fn a_plan_and_a_refusal_have_the_contracts_keys() {
         keys.sort();
         keys
     };
-    let mut plan = [
-        "artifact",
-        "model",
-        "from",
-        "to",
-        "path",
-        "speed_sim",
-        "angle_sim",
-        "d_speed",
-        "d_angle",
-        "speed",
-        "angle",
-        "start",
-        "pre_strike",
-        "strike",
-        "stop",
-        "acceleration",
-        "expected_miss",
-        "expected_miss_strikes",
-        "if_as_before",
-    ];
-    plan.sort_unstable();
-    assert_eq!(keys(&answers[0]), plan);
+    let plan = "acceleration angle angle_sim artifact d_angle d_speed expected_miss \
+        expected_miss_strikes from if_as_before model path pre_strike speed speed_sim start stop strike to";
+    assert_eq!(keys(&answers[0]).join(" "), plan);
     assert_eq!(keys(&answers[1]), ["detail", "from", "refused", "to"]);
     assert_eq!(answers[0]["model"], "sysid_residual");
 }

@@ -107,19 +107,8 @@ fn a_plan_is_printed_for_a_person_with_positions_and_times() {
     let (code, out, err) = code(&GOOD);
     assert_eq!(code, 0);
     assert!(err.contains("no key is configured"), "{err}");
-    for said in [
-        "v0001",
-        "simulated",
-        "residual",
-        "command",
-        "m/s",
-        "rad",
-        "t s",
-        "start",
-        "pre-strike",
-        "strike",
-        "stop",
-    ] {
+    let words = "v0001|simulated|residual|command|m/s|rad|t s|start|pre-strike|strike|stop";
+    for said in words.split('|') {
         assert!(out.contains(said), "{said}: {out}");
     }
 }
@@ -266,15 +255,18 @@ fn a_bad_target_without_a_start_is_blamed_on_the_target() {
     }
 }
 
+/// Strikes the embedded rig, with this rig file of the robot's own.
+fn strike_as(artifacts: &Path, rig: &Rig) -> Output {
+    let path = artifacts.join("robot.toml");
+    fs::write(&path, rig.to_toml()).unwrap();
+    let own = ["--rig", path.to_str().unwrap(), "--robot", "sim"];
+    strike(artifacts, &[GOOD.as_slice(), &own].concat())
+}
+
 #[test]
 fn a_robots_own_rig_file_may_be_stricter_and_then_counts() {
     let dir = fixture::published();
-    let path = dir.path().join("robot.toml");
-    let plan = |rig: &Rig| {
-        fs::write(&path, rig.to_toml()).unwrap();
-        let own = ["--rig", path.to_str().unwrap(), "--robot", "sim"];
-        strike(dir.path(), &[GOOD.as_slice(), &own].concat())
-    };
+    let plan = |rig: &Rig| strike_as(dir.path(), rig);
     let mut strict = fixture::rig();
     strict.robot.acceleration = 4.0;
     let output = plan(&strict);
@@ -347,37 +339,22 @@ fn a_tampered_artifact_is_refused_before_any_robot_is_touched() {
 #[test]
 fn an_artifact_of_another_rig_is_refused() {
     let dir = fixture::published();
-    let path = dir.path().join("robot.toml");
-    let strike_as = |rig: &Rig| {
-        fs::write(&path, rig.to_toml()).unwrap();
-        strike(
-            dir.path(),
-            &[
-                GOOD.as_slice(),
-                &["--robot", "sim", "--rig", path.to_str().unwrap()],
-            ]
-            .concat(),
-        )
-    };
     let mut other = fixture::rig();
     other.striker.radius = 0.02;
-    let output = strike_as(&other);
+    let output = strike_as(dir.path(), &other);
     assert_eq!(output.status.code(), Some(4));
     assert!(stderr(&output).contains("[striker] radius is 0.012 in the artifact, 0.02 here"));
     assert!(!dir.path().join("strikes").exists());
-    assert_eq!(strike_as(&fixture::rig()).status.code(), Some(0));
+    let same = strike_as(dir.path(), &fixture::rig());
+    assert_eq!(same.status.code(), Some(0));
 }
 
 #[test]
 fn a_batch_answers_line_by_line_and_shows_by_its_code_that_lines_were_refused() {
     let dir = fixture::published();
     let batch = |input: &[u8]| {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_strike"))
-            .args(["--batch", "-", "--artifacts"])
-            .arg(dir.path())
+        let mut child = command(dir.path(), &["--batch", "-"])
             .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
             .spawn()
             .unwrap();
         child.stdin.take().unwrap().write_all(input).unwrap();
@@ -396,11 +373,8 @@ fn a_batch_answers_line_by_line_and_shows_by_its_code_that_lines_were_refused() 
 #[test]
 fn a_batch_may_be_asked_line_by_line() {
     let dir = fixture::published();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_strike"))
-        .args(["--quiet", "--batch", "-", "--artifacts"])
-        .arg(dir.path())
+    let mut child = command(dir.path(), &["--quiet", "--batch", "-"])
         .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
         .spawn()
         .unwrap();
     let mut ask = child.stdin.take().unwrap();
@@ -422,14 +396,7 @@ fn help_shows_examples_and_exit_codes() {
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(0));
-    for said in [
-        "Examples:",
-        "--batch",
-        "Exit codes:",
-        "other_rig",
-        "not_trusted",
-        "not_ready",
-    ] {
+    for said in "Examples:|--batch|Exit codes:|other_rig|not_trusted|not_ready".split('|') {
         assert!(stdout(&output).contains(said), "{said}");
     }
     for reason in Reason::ALL {

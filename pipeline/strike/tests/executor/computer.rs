@@ -26,7 +26,8 @@ impl Computer {
         let (store, own) = (TempDir::new().unwrap(), TempDir::new().unwrap());
         fixture::publish_signed(store.path(), 1, &signing);
         fixture::publish_signed(store.path(), 2, &signing);
-        fs::write(own.path().join("carom.pub"), signing.public()).unwrap();
+        let public = signing.pair.pk.to_box().unwrap().into_string();
+        fs::write(own.path().join("carom.pub"), public).unwrap();
         fs::write(own.path().join("rig.toml"), fixture::rig().to_toml()).unwrap();
         let config = "key = \"carom.pub\"\nrig = \"rig.toml\"\n";
         fs::write(own.path().join("strike.toml"), config).unwrap();

@@ -5,13 +5,17 @@ use std::sync::Arc;
 
 use store::network::{LAYERS, Layer, SIZES};
 use store::{
-    Artifact, Calibrated, Contents, Key, Logged, Model, Network, Provenance, Signer, Store,
-    TrainedRegion,
+    Artifact, Calibrated, Contents, Logged, Model, Network, Provenance, Store, TrainedRegion,
 };
 use strike::{Plan, Planner, Refusal};
 use tempfile::TempDir;
 use values::{Point, Rig, Shape, StopErrors};
 use world::{AddedEffect, World};
+
+#[path = "../../../../artifacts/store/tests/store/signing.rs"]
+mod signing;
+
+pub use signing::Signing;
 
 pub const FROM: Point = Point::new(0.3, 0.05);
 /// A target that breaks no limit.
@@ -106,39 +110,6 @@ fn contents(seed: u64) -> Contents {
 /// Publishes into a folder; another seed makes another version.
 pub fn publish(dir: &Path, seed: u64) {
     Store::open(dir).publish(&contents(seed)).unwrap();
-}
-
-/// A key pair of minisign, as the pipeline signs with it.
-#[derive(Debug)]
-pub struct Signing {
-    pair: minisign::KeyPair,
-    key: Key,
-}
-
-impl Signing {
-    pub fn new() -> Arc<Self> {
-        let pair = minisign::KeyPair::generate_unencrypted_keypair().unwrap();
-        let key = Key::parse(&pair.pk.to_base64()).unwrap();
-        Arc::new(Self { pair, key })
-    }
-
-    /// The text of the public key's file.
-    pub fn public(&self) -> String {
-        self.pair.pk.to_box().unwrap().into_string()
-    }
-}
-
-impl Signer for Signing {
-    fn key(&self) -> &Key {
-        &self.key
-    }
-
-    fn sign(&self, content: &[u8], trusted_comment: &str) -> Result<String, String> {
-        let (pk, sk) = (&self.pair.pk, &self.pair.sk);
-        minisign::sign(Some(pk), sk, content, Some(trusted_comment), None)
-            .map(minisign::SignatureBox::into_string)
-            .map_err(|error| error.to_string())
-    }
 }
 
 /// Publishes a signed version into a folder; gives its name.

@@ -30,24 +30,10 @@ fn numbers_must_be_finite() {
 
 #[test]
 fn object_and_target_must_be_on_the_table() {
-    check(
-        Point::new(0.05, 0.0),
-        TO,
-        Reason::OffTable,
-        "`from` (0.0500, 0.0000)",
-    );
-    check(
-        FROM,
-        Point::new(0.5, 0.61),
-        Reason::OffTable,
-        "[-0.6000, 0.6000]",
-    );
-    check(
-        FROM,
-        Point::new(1e300, 0.0),
-        Reason::OffTable,
-        "`to` (1e300, 0.0000) is",
-    );
+    let off = |from, to, said: &str| check(from, to, Reason::OffTable, said);
+    off(Point::new(0.05, 0.0), TO, "`from` (0.0500, 0.0000)");
+    off(FROM, Point::new(0.5, 0.61), "[-0.6000, 0.6000]");
+    off(FROM, Point::new(1e300, 0.0), "`to` (1e300, 0.0000) is");
 }
 
 #[test]
@@ -60,11 +46,8 @@ fn paths_and_targets_must_be_among_the_trained() {
     let refused = |from, to, said: &str| check(from, to, Reason::OutsideTrainedRegion, said);
     refused(FROM, Point::new(0.32, 0.05), "length in m is 0.0200");
     refused(FROM, Point::new(0.31, 0.565), "bearing in rad is 1.55");
-    refused(
-        Point::new(0.4, 0.05),
-        Point::new(0.97, 0.05),
-        "target's x in m is 0.9700",
-    );
+    let (from, to) = (Point::new(0.4, 0.05), Point::new(0.97, 0.05));
+    refused(from, to, "target's x in m is 0.9700");
     refused(Point::new(0.3, 0.4), Point::new(0.6, 0.57), "target's y");
 }
 
@@ -179,35 +162,24 @@ fn an_arm_that_brakes_more_slowly_than_the_object_pushes_it_again() {
     artifact.sysid.world = World::nominal(&artifact.rig)
         .with("friction", 0.45)
         .with("restitution", 0.0);
-    let answer = refusal(
-        &artifact,
-        Model::Sysid,
-        Point::new(0.3, 0.0),
-        Point::new(0.36, 0.0),
-    );
+    let (from, to) = (Point::new(0.3, 0.0), Point::new(0.36, 0.0));
+    let answer = refusal(&artifact, Model::Sysid, from, to);
     assert_eq!(answer.refused, Reason::SecondPush, "{answer}");
     artifact.rig.robot.acceleration = 20.0;
     let planner = Planner::new(&artifact, Model::Sysid).unwrap();
-    planner
-        .plan(Point::new(0.3, 0.0), Point::new(0.36, 0.0))
-        .unwrap();
+    planner.plan(from, to).unwrap();
 }
 
 #[test]
 fn the_object_lies_where_training_strikes_started() {
-    check(
-        Point::new(0.5, 0.0),
-        Point::new(0.8, 0.0),
-        Reason::OutsideTrainedRegion,
-        "the object's x in m is 0.5000",
-    );
+    let (from, to) = (Point::new(0.5, 0.0), Point::new(0.8, 0.0));
+    let said = "the object's x in m is 0.5000";
+    check(from, to, Reason::OutsideTrainedRegion, said);
     // An older version does not state it.
     let mut artifact = fixture::artifact();
     artifact.manifest.provenance.trained_region.start_x = None;
     let planner = Planner::new(&artifact, Model::Sysid).unwrap();
-    planner
-        .plan(Point::new(0.5, 0.0), Point::new(0.8, 0.0))
-        .unwrap();
+    planner.plan(from, to).unwrap();
 }
 
 #[test]

@@ -17,6 +17,11 @@ const STRIKE: [&str; 9] = [
     "--from", "0.3", "0.05", "--to", "0.6", "0.1", "--json", "--robot", "sim",
 ];
 
+/// A strike with a log of this name.
+fn into(log: &Path) -> Vec<&str> {
+    [STRIKE.as_slice(), &["--log", log.to_str().unwrap()]].concat()
+}
+
 fn answer(artifacts: &Path, arguments: &[&str]) -> Value {
     let output = strike(artifacts, arguments);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
@@ -95,7 +100,7 @@ fn each_strike_has_a_log_and_a_scatter_of_its_own() {
 fn a_named_log_is_written_once() {
     let dir = fixture::published();
     let log = dir.path().join("one.mcap");
-    let arguments = [STRIKE.as_slice(), &["--log", log.to_str().unwrap()]].concat();
+    let arguments = into(&log);
     answer(dir.path(), &arguments);
     let written = fs::read(&log).unwrap();
     let again = strike(dir.path(), &arguments);
@@ -110,7 +115,7 @@ fn a_strike_with_a_named_log_has_a_scatter_of_its_own() {
     let dir = fixture::published();
     let struck = |name: &str| {
         let log = dir.path().join(name);
-        let arguments = [STRIKE.as_slice(), &["--log", log.to_str().unwrap()]].concat();
+        let arguments = into(&log);
         (
             answer(dir.path(), &arguments)["stopped"].clone(),
             read(&log),
@@ -128,7 +133,7 @@ fn a_strike_whose_log_is_taken_while_it_is_made_is_kept_and_reported() {
     let log = dir.path().join("one.mcap");
     // The program waits for the lock of the count once its log is open: the name is taken then.
     let lock = Lock::acquire(&dir.path().join(".struck.lock")).unwrap();
-    let arguments = [STRIKE.as_slice(), &["--log", log.to_str().unwrap()]].concat();
+    let arguments = into(&log);
     let child = command(dir.path(), &arguments).spawn().unwrap();
     let is_open = || {
         let names = fs::read_dir(dir.path()).unwrap().flatten();
@@ -180,18 +185,12 @@ fn a_rig_that_the_plan_was_not_made_for_is_not_struck() {
     let dir = fixture::published();
     let mut rig = fixture::rig();
     rig.object.mass = 0.5;
-    fs::write(
-        dir.path().join("truth.json"),
-        Truth::demo(&rig, 1).to_json(),
-    )
-    .unwrap();
+    let truth = Truth::demo(&rig, 1).to_json();
+    fs::write(dir.path().join("truth.json"), truth).unwrap();
     let output = strike(dir.path(), &STRIKE);
     assert_eq!(output.status.code(), Some(4));
-    assert!(
-        stderr(&output).contains("nothing has moved"),
-        "{}",
-        stderr(&output)
-    );
+    let printed = stderr(&output);
+    assert!(printed.contains("nothing has moved"), "{printed}");
     let refusal: Value = serde_json::from_str(stdout(&output)).unwrap();
     assert_eq!(refusal["refused"], "not_ready");
     assert_eq!(refusal["to"], serde_json::json!([0.6, 0.1]));

@@ -28,12 +28,9 @@ fn what_is_signed_and_newest_strikes_and_is_remembered() {
     );
     // Named outright, an older one is refused too.
     let output = computer.strike(&["--version", "v0001"]);
-    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
-    assert!(
-        stderr(&output).contains("not_trusted"),
-        "{}",
-        stderr(&output)
-    );
+    let printed = stderr(&output);
+    assert_eq!(output.status.code(), Some(4), "{printed}");
+    assert!(printed.contains("not_trusted"), "{printed}");
 }
 
 #[test]
@@ -64,19 +61,9 @@ fn two_stores_that_sign_with_one_key_are_distinguished() {
 fn an_arm_whose_rig_file_says_too_little_is_not_connected_to() {
     let computer = Computer::new();
     let config = computer.own("strike.toml");
-    let arguments = [
-        "--from",
-        "0.3",
-        "0.0",
-        "--to",
-        "0.6",
-        "0.1",
-        "--robot",
-        "xarm:127.0.0.1",
-        "--json",
-        "--config",
-    ];
-    let arguments = [arguments.as_slice(), &[config.to_str().unwrap()]].concat();
+    let arguments = "--from 0.3 0.0 --to 0.6 0.1 --robot xarm:127.0.0.1 --json --config";
+    let arguments = arguments.split(' ').chain([config.to_str().unwrap()]);
+    let arguments: Vec<&str> = arguments.collect();
     let refusal = |output: Output, code: i32| -> Value {
         assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
         serde_json::from_slice(&output.stdout).unwrap()
@@ -142,10 +129,10 @@ fn going_back_is_a_signed_act_and_what_was_left_does_not_return() {
     fs::write(computer.store.path().join("latest"), "v0002\n").unwrap();
     let output = computer.strike(&[]);
     assert_eq!(output.status.code(), Some(4));
+    let printed = stderr(&output);
     assert!(
-        stderr(&output).contains("v0002: it is older than v0001"),
-        "{}",
-        stderr(&output)
+        printed.contains("v0002: it is older than v0001"),
+        "{printed}"
     );
     // Forward again, signed again.
     assert_eq!(store.rollback(Some("v0002")).unwrap(), "v0002");

@@ -13,11 +13,12 @@ use std::process::{Command as Program, Stdio};
 use std::time::Instant;
 
 use arm::foxglove::Topic;
-use arm::{Emulator, Listening, Model, Table};
+use arm::{Emulator, Listening, Maker, Table};
+use clap::ValueEnum;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rig::{Hide, Sim, Truth};
-use values::{Command, Point, Rig, Shape};
+use values::{Command, Point};
 
 /// Where the emulator listens, and its camera.
 const HOST: &str = "127.0.0.1";
@@ -101,11 +102,9 @@ impl Lab {
     /// The arm at its table, the camera, and the files that a user has.
     fn open(folder: &Path, bin: &Path, maker: &str) -> Result<Self, Failed> {
         fs::create_dir_all(folder)?;
-        let mut rig = rig();
-        if maker == "ur" {
-            // Its lines have no limit of jerk.
-            rig.robot.jerk = None;
-        }
+        let kind = Maker::from_str(maker, true)?;
+        let mut rig = kind.rig();
+        rig.robot.travel_height = Some(0.1);
         let hide = Hide::parse(&HIDDEN)?;
         let truth = Truth {
             hidden: hide.hidden,
@@ -116,10 +115,7 @@ impl Lab {
         let camera = Topic::serve((address, CAMERA_PORT).into(), &rig.topics.centroid.name)?;
         let table = Table::new(truth.clone(), Point::new(0.33, 0.0), true)?;
         let listening = Listening::Standard(address);
-        let emulator = match maker {
-            "ur" => Emulator::start_ur(listening, Model::ur(), None)?,
-            _ => Emulator::start(listening, Model::default(), None)?,
-        };
+        let emulator = Emulator::start(kind, listening, kind.model(), None)?;
         let lab = Self {
             folder: folder.into(),
             bin: bin.into(),
@@ -325,22 +321,6 @@ impl TargetStrike {
     fn miss(&self) -> f64 {
         self.stop.distance(self.to)
     }
-}
-
-/// The demo's rig with an arm.
-fn rig() -> Rig {
-    let mut rig = Rig::demo(Shape::Cylinder);
-    let robot = &mut rig.robot;
-    robot.base = Some(Point::default());
-    robot.keep_out = Some(0.1);
-    robot.reach = Some([0.1, 0.9].into());
-    robot.jerk = Some(100.0);
-    robot.strike_height = Some(0.02);
-    robot.travel_height = Some(0.1);
-    robot.tool_orientation = Some([std::f64::consts::PI, 0.0, 0.0]);
-    robot.tool_offset = Some([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]);
-    robot.payload = Some(0.3);
-    rig
 }
 
 /// The ratio of two means, and its standard error: what the one scatters by about it.

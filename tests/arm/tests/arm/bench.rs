@@ -9,30 +9,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use arm::{Emulator, Fault, Listening, Model, Step};
-use strike::arm::Arm;
-use strike::ur::Ur;
+use arm::{Emulator, Maker, Model, connect_to};
 use strike::xarm::XArm;
-use strike::{Guarded, Plan, Planner, RobotError, StrikeRecord, execute};
+use strike::{Guarded, Plan, Planner, RobotError, StrikeRecord};
 use values::{Point, Rig};
 
 use crate::fixture;
-
-/// The demo's rig with all that an arm needs.
-pub fn rig() -> Rig {
-    let mut rig = fixture::rig();
-    let robot = &mut rig.robot;
-    robot.base = Some(Point::new(0.0, 0.0));
-    robot.keep_out = Some(0.1);
-    robot.reach = Some([0.1, 0.9].into());
-    robot.jerk = Some(100.0);
-    robot.strike_height = Some(0.02);
-    robot.travel_height = Some(0.07);
-    robot.tool_orientation = Some([std::f64::consts::PI, 0.0, 0.0]);
-    robot.tool_offset = Some([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]);
-    robot.payload = Some(0.3);
-    rig
-}
 
 pub fn plan(rig: &Rig, to: Point) -> Plan {
     let planner = Planner::within(&fixture::artifact(), store::Model::Sysid, rig).unwrap();
@@ -42,21 +24,12 @@ pub fn plan(rig: &Rig, to: Point) -> Plan {
         .unwrap()
 }
 
-/// An arm near the start of the plan, so that a strike takes two seconds.
-pub fn model() -> Model {
-    Model {
-        pose: [200.0, 10.0, 67.0, std::f64::consts::PI, 0.0, 0.0],
-        ..Model::default()
-    }
+pub fn rig() -> Rig {
+    Maker::XArm.rig()
 }
 
-/// An arm of a maker's driver, connected and claimed.
-pub fn connect_to<D: Arm>(
-    emulator: &Emulator,
-    rig: &Rig,
-    interrupted: Arc<AtomicBool>,
-) -> Result<Guarded<D>, RobotError> {
-    Guarded::connect("arm", &emulator.ports, rig, interrupted)
+pub fn model() -> Model {
+    Maker::XArm.near()
 }
 
 pub fn connect(emulator: &Emulator, rig: &Rig) -> Result<Guarded<XArm>, RobotError> {
@@ -141,85 +114,5 @@ pub fn wait_for(holds: impl Fn() -> bool) {
     let start = Instant::now();
     while !holds() && start.elapsed() < Duration::from_secs(20) {
         thread::sleep(Duration::from_millis(1));
-    }
-}
-
-/// Makers whose arms are emulated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Maker {
-    XArm,
-    Ur,
-}
-
-impl Maker {
-    /// The rig of an arm of this maker.
-    pub fn rig(self) -> Rig {
-        let mut rig = rig();
-        if self == Self::Ur {
-            rig.robot.jerk = None;
-        }
-        rig
-    }
-
-    /// The emulator's model of this maker's arm, near the start of the plan.
-    pub fn model(self) -> Model {
-        match self {
-            Self::XArm => model(),
-            Self::Ur => Model {
-                pose: model().pose,
-                ..Model::ur()
-            },
-        }
-    }
-
-    pub fn emulator(self, fault: Option<(Step, Fault)>) -> Emulator {
-        self.listening(self.model(), fault)
-    }
-
-    /// An emulator of this arm of the maker.
-    pub fn listening(self, model: Model, fault: Option<(Step, Fault)>) -> Emulator {
-        match self {
-            Self::XArm => Emulator::start(Listening::Free, model, fault).unwrap(),
-            Self::Ur => Emulator::start_ur(Listening::Free, model, fault).unwrap(),
-        }
-    }
-
-    /// Connects to an emulated arm of this maker and makes the plan's strike: its record, or why there is none.
-    pub fn strike(
-        self,
-        emulator: &Emulator,
-        plan: &Plan,
-    ) -> Result<Option<StrikeRecord>, RobotError> {
-        fn by<D: Arm>(
-            emulator: &Emulator,
-            plan: &Plan,
-        ) -> Result<Option<StrikeRecord>, RobotError> {
-            let mut arm = connect_to::<D>(emulator, plan.rig(), Arc::default())?;
-            execute(&mut arm, plan)
-        }
-        match self {
-            Self::XArm => by::<XArm>(emulator, plan),
-            Self::Ur => by::<Ur>(emulator, plan),
-        }
-    }
-
-    pub fn run(
-        self,
-        fault: Option<(Step, Fault)>,
-        plan: &Plan,
-    ) -> (Emulator, Result<Option<StrikeRecord>, RobotError>) {
-        self.run_of(self.model(), fault, plan)
-    }
-
-    /// Makes the plan's strike with an emulated arm of this model: the emulator, and what came of the strike.
-    pub fn run_of(
-        self,
-        model: Model,
-        fault: Option<(Step, Fault)>,
-        plan: &Plan,
-    ) -> (Emulator, Result<Option<StrikeRecord>, RobotError>) {
-        let emulator = self.listening(model, fault);
-        let outcome = self.strike(&emulator, plan);
-        (emulator, outcome)
     }
 }

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use arm::Event;
+use arm::{Event, Maker};
 use durable::hex;
 use strike::xarm::{Register, line_payload, request};
 use values::Point;
 
-use crate::bench::{Maker, in_time, plan, rig, undisturbed};
+use crate::bench::{in_time, plan, rig, undisturbed};
 
 /// Frames of the SDK by the name of their call, numbered as if each were the first.
 fn sdk() -> BTreeMap<&'static str, &'static str> {

@@ -6,11 +6,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use arm::{Event, Fault, Model, Step};
+use arm::{Event, Fault, Maker, Model, Step};
 use strike::RobotError;
 use values::Point;
 
-use crate::bench::{Maker, before_others, plan};
+use crate::bench::{before_others, plan};
 use crate::strikes::{SPEEDS, delivered};
 
 /// Steps of a strike: from the connection on, and in the middle of each of its lines.
@@ -43,27 +43,26 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
     // A stop while the motors are switched on shows only where that is none itself.
     let model = Model {
         keeps_state: true,
-        ..maker.model()
+        ..maker.near()
     };
     let emulator = maker.listening(model, Some((step, fault)));
     let outcome = maker.strike(&emulator, &plan);
     let events = emulator.events();
+    let times = |of: &[(Instant, Event)], is: fn(&Event) -> bool| -> Vec<Instant> {
+        let found = of.iter().filter(|(_, event)| is(event));
+        found.map(|(at, _)| *at).collect()
+    };
     let made = events
         .iter()
         .position(|(_, event)| matches!(event, Event::Fault));
     let after = made.map_or(&[][..], |made| &events[made + 1..]);
-    let lines = after
-        .iter()
-        .filter(|(_, event)| matches!(event, Event::Line))
-        .count();
-    let cleared = events
-        .iter()
-        .filter(|(_, event)| matches!(event, Event::Cleared))
-        .count();
-    let stop: Option<Instant> = after
-        .iter()
-        .find(|(_, event)| matches!(event, Event::Stop))
-        .map(|(at, _)| *at);
+    let lines = times(after, |event| matches!(event, Event::Line)).len();
+    let cleared = times(&events, |event| matches!(event, Event::Cleared)).len();
+    let stops = times(after, |event| matches!(event, Event::Stop));
+    let stop = stops.first().copied();
+    let took = stop
+        .zip(made)
+        .map(|(stop, made)| stop.duration_since(events[made].0));
     let is_moving = matches!(step, Step::Line(_));
     let shown = matches!(
         fault,
@@ -84,10 +83,7 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
     );
     // A program that is stopped shows in its place alone on this maker's arms.
     let shown = shown && (maker, fault) != (Maker::Ur, Fault::OperatorStop);
-    let latency = (is_moving && shown)
-        .then(|| stop.zip(made))
-        .flatten()
-        .map(|(stop, made)| stop.duration_since(events[made].0));
+    let latency = took.filter(|_| is_moving && shown);
     thread::sleep(Duration::from_millis(150));
     let pose = emulator.pose();
     thread::sleep(Duration::from_millis(30));
@@ -103,19 +99,10 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
     };
     let came = made.is_some();
     check(cleared == 0, "an error was cleared");
-    let told = outcome
-        .as_ref()
-        .map_or_else(ToString::to_string, |_| String::new());
-    let is_code = [
-        "Said(",
-        "Some(",
-        "{",
-        "MotionEnable",
-        "SetState",
-        "MoveLine",
-    ]
-    .iter()
-    .any(|code| told.contains(code));
+    let error = outcome.as_ref().err();
+    let told = error.map_or(String::new(), ToString::to_string);
+    let codes = "Said( Some( { MotionEnable SetState MoveLine";
+    let is_code = codes.split(' ').any(|code| told.contains(code));
     check(!is_code, &format!("it is told in code: {told}"));
     // What does not concern the step, or was over before it, may end the strike or not; what counts is that nothing moves on after the end.
     let harmless = !came
@@ -210,7 +197,7 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
             );
         }
         if matches!(step, Step::Line(4 | 5)) {
-            let kept = outcome.as_ref().err().and_then(RobotError::samples);
+            let kept = error.and_then(RobotError::samples);
             check(
                 kept.is_some_and(|kept| !kept.states.is_empty()),
                 "the record is lost",
@@ -223,10 +210,10 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
             );
         }
         // A stop that does not arrive is the controller's own where its protocol has a sign of life.
-        let is_lifeless = |(_, event): &(_, Event)| matches!(event, Event::Lifeless);
         if (maker, fault) == (Maker::Ur, Fault::NoStop) && is_moving {
+            let lifeless = times(&events, |event| matches!(event, Event::Lifeless));
             check(
-                events.iter().any(is_lifeless),
+                !lifeless.is_empty(),
                 "the controller did not stop by itself",
             );
         }
@@ -237,31 +224,22 @@ fn one(maker: Maker, name: &str, step: Step, fault: Fault) -> Row {
             );
         }
     }
-    let (end, kept) = match &outcome {
-        Ok(_) => ("struck (0)".to_owned(), "whole"),
-        Err(error) => {
-            let end = match error {
-                RobotError::NotReady { .. } => "refused (4)",
-                RobotError::Refused(_) => "refused (4)",
-                RobotError::Connection { .. } => "failed (1)",
-                RobotError::Busy { .. } => "busy (75)",
-                RobotError::Interrupted { .. } => "stopped (1)",
-                RobotError::Runaway { .. } => "stopped, not confirmed (1)",
-            };
-            let kept = error.samples().map_or("–", |_| "kept");
-            (end.to_owned(), kept)
-        }
+    let end = match error {
+        None => "struck (0)",
+        Some(RobotError::NotReady { .. } | RobotError::Refused(_)) => "refused (4)",
+        Some(RobotError::Connection { .. }) => "failed (1)",
+        Some(RobotError::Busy { .. }) => "busy (75)",
+        Some(RobotError::Interrupted { .. }) => "stopped (1)",
+        Some(RobotError::Runaway { .. }) => "stopped, not confirmed (1)",
     };
+    let kept = error.map_or("whole", |error| error.samples().map_or("–", |_| "kept"));
     let sent = match (came, stop) {
         (false, _) => "the fault did not come",
         (true, Some(_)) => "stop",
         (true, None) => "no stop",
     };
-    let time = stop.zip(made).map_or("–".into(), |(stop, made)| {
-        format!(
-            "{:.0}",
-            stop.duration_since(events[made].0).as_secs_f64() * 1e3
-        )
+    let time = took.map_or("–".into(), |took| {
+        format!("{:.0}", took.as_secs_f64() * 1e3)
     });
     Row {
         text: format!(
@@ -283,8 +261,8 @@ fn whatever_fails_at_whatever_step_the_arm_rests_and_the_record_is_kept() {
         .filter(|(_, step)| is_whole || matches!(step, Step::Enable | Step::Line(2 | 4)))
         .collect();
     let of = |maker: Maker| {
-        let cases = Fault::ALL.into_iter().flat_map(|fault| {
-            let case = move |(name, step): &(&'static str, Step)| (maker, *name, *step, fault);
+        let cases = Fault::ALL.iter().flat_map(|fault| {
+            let case = move |(name, step): &(&'static str, Step)| (maker, *name, *step, *fault);
             steps.iter().map(case)
         });
         cases.collect::<Vec<_>>()
@@ -342,44 +320,26 @@ fn page(table: &str, strikes: usize, wrong: &[&String], latencies: &[Duration]) 
         latencies[index.clamp(1, latencies.len()) - 1].as_secs_f64() * 1e3
     };
     let frames = include_str!("../sdk_frames.txt").lines().count();
-    let mut page = String::from(
+    let mut page = format!(
         "# A strike of emulated arms under every fault\n\n\
          `make arm` drives the emulator with the maker's SDK (xarm-python-sdk 1.18.4, unchanged), compares the bytes that it sends with \
          those that the driver's tests hold, reads the emulated e-Series of Universal Robots with ur-rtde, and makes every fault at every step of a strike; then it writes this page. No arm was at \
-         hand: the emulator is what was measured.\n\n",
-    );
-    writeln!(page, "| | measured |\n|---|---|").unwrap();
-    writeln!(
-        page,
-        "| frames of the SDK that the driver's are compared with | {frames} |"
-    )
-    .unwrap();
-    writeln!(
-        page,
-        "| makers × faults × steps | 2 × {} × {} = {strikes} |",
+         hand: the emulator is what was measured.\n\n\
+         | | measured |\n|---|---|\n\
+         | frames of the SDK that the driver's are compared with | {frames} |\n\
+         | makers × faults × steps | 2 × {} × {} = {strikes} |\n\
+         | of these accidents: a line of carom's after the fault, an arm that moves on a line of carom's after it, an error cleared, or a record lost | {} |\n\
+         | from a fault that a report shows to the stop on the wire | {} measured: median {:.1} ms, 99th percentile {:.1} ms, worst {:.1} ms |\n\
+         \nDelivered speed at contact, of the xArm with a jerk limit of 100 m/s³; the emulator's motion is two moving averages of a \
+         rectangle, no code of the planner's:\n\n| commanded, m/s | xArm, m/s | off | Universal Robots, m/s | off |\n\
+         |---|---|---|---|---|\n",
         Fault::ALL.len(),
-        STEPS.len()
-    )
-    .unwrap();
-    writeln!(
-        page,
-        "| of these accidents: a line of carom's after the fault, an arm that moves on a line of carom's after it, an error cleared, or a record lost | {} |",
-        wrong.len()
-    )
-    .unwrap();
-    writeln!(
-        page,
-        "| from a fault that a report shows to the stop on the wire | {} measured: median {:.1} ms, 99th percentile {:.1} ms, worst {:.1} ms |",
+        STEPS.len(),
+        wrong.len(),
         latencies.len(),
         share(0.5),
         share(0.99),
-        share(1.0)
-    )
-    .unwrap();
-    page.push_str(
-        "\nDelivered speed at contact, of the xArm with a jerk limit of 100 m/s³; the emulator's motion is two moving averages of a \
-         rectangle, no code of the planner's:\n\n| commanded, m/s | xArm, m/s | off | Universal Robots, m/s | off |\n\
-         |---|---|---|---|---|\n",
+        share(1.0),
     );
     for speed in SPEEDS {
         write!(page, "| {speed:.2} |").unwrap();

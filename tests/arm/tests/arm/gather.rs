@@ -6,32 +6,22 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
-use arm::foxglove::Topic;
-use arm::{Emulator, Event, Fault, Table};
+use arm::{Emulator, Event, Fault, Maker, connect_to};
 use ingest::{Ingest, ingest_log};
-use rig::{Hidden, Truth};
 use strike::collect::{ArmStation, CollectError, CollectEvent, Collected, collect};
 use strike::xarm::XArm;
 use strike::{CommandPlanner, Live, Memory, RobotError, execute, strike_and_keep};
 use tempfile::TempDir;
 use values::{Command, Point, Rig};
 
-use crate::bench::{self, Maker, connect_to, in_time, rig, wait_for};
+use crate::bench::{self, in_time, rig, wait_for};
 
 /// An arm at a table, the address of its camera, and the folder of what is kept by arm.
 type Lab = (Emulator, String, TempDir);
 
 /// A lab whose object a hand puts back or not.
 fn lab(rig: &Rig, puts_back: bool) -> Lab {
-    let truth = Truth {
-        hidden: Hidden::none(),
-        ..Truth::demo(rig, 5)
-    };
-    let camera = Topic::serve(([127, 0, 0, 1], 0).into(), &rig.topics.centroid.name).unwrap();
-    let url = format!("ws://{}", camera.address);
-    let table = Table::new(truth, Point::new(0.34, 0.02), puts_back).unwrap();
-    let emulator = Maker::XArm.emulator(None);
-    let emulator = emulator.with_table(table, (camera, rig.camera.rate));
+    let (emulator, url) = Maker::XArm.at_table(rig, Point::new(0.34, 0.02), puts_back);
     (emulator, url, tempfile::tempdir().unwrap())
 }
 
@@ -316,9 +306,7 @@ fn an_arm_that_does_not_stand_where_the_rig_file_says_strikes_once() {
         rig.robot.base = Some(Point::new(0.0, 0.1));
         let error = gather(&lab, &rig, folder.path(), 9, &mut |_| false).unwrap_err();
         assert!(matches!(error, CollectError::Unmoved(_)), "{error}");
-        let events = lab.0.events();
-        let is_line = |(_, event): &&(Instant, Event)| matches!(event, Event::Line);
-        assert_eq!((met(&lab), events.iter().filter(is_line).count()), (0, 5));
+        assert_eq!((met(&lab), lab.0.lines()), (0, 5));
         assert!(folder.path().join("strike_000001.mcap").exists());
     });
 }
@@ -348,15 +336,17 @@ fn whoever_is_told_to_step_back_late_has_the_whole_time_from_then_on() {
     });
 }
 
-/// By how much the clock of the day was set, in ms.
-static SET: AtomicU64 = AtomicU64::new(0);
-
-fn set_clock() -> SystemTime {
-    SystemTime::now() + Duration::from_millis(SET.load(Ordering::Relaxed))
+/// A clock of the day that was set by so many ms.
+fn later(set: &AtomicU64) -> SystemTime {
+    SystemTime::now() + Duration::from_millis(set.load(Ordering::Relaxed))
 }
 
 #[test]
 fn a_strike_in_which_the_clock_was_set_is_no_strike_to_learn_from() {
+    static SET: AtomicU64 = AtomicU64::new(0);
+    fn clock() -> SystemTime {
+        later(&SET)
+    }
     in_time(|| {
         let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
         let lab = lab(&rig, true);
@@ -367,7 +357,7 @@ fn a_strike_in_which_the_clock_was_set_is_no_strike_to_learn_from() {
                 wait_for(|| met(&lab) == 1);
                 SET.store(40, Ordering::Relaxed);
             });
-            gather_by(set_clock, &lab, &rig, folder.path(), 1, &mut |news| {
+            gather_by(clock, &lab, &rig, folder.path(), 1, &mut |news| {
                 if let CollectEvent::Useless(why) = news {
                     reasons.push(why);
                 }
@@ -390,7 +380,7 @@ fn a_strike_in_which_the_clock_was_set_is_no_strike_to_learn_from() {
 fn a_clock_that_was_set_between_two_strikes_is_told_in_the_log_of_the_second() {
     static SET: AtomicU64 = AtomicU64::new(0);
     fn clock() -> SystemTime {
-        SystemTime::now() + Duration::from_millis(SET.load(Ordering::Relaxed))
+        later(&SET)
     }
     in_time(|| {
         let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
@@ -424,7 +414,7 @@ fn a_clock_that_was_set_between_two_strikes_is_told_in_the_log_of_the_second() {
 fn a_plan_from_before_the_clock_was_set_is_not_struck() {
     static SLEPT: AtomicU64 = AtomicU64::new(0);
     fn clock() -> SystemTime {
-        SystemTime::now() + Duration::from_secs(SLEPT.load(Ordering::Relaxed))
+        later(&SLEPT)
     }
     let rig = rig();
     let planner = CommandPlanner::nominal(&rig).unwrap().by_clock(clock);
@@ -433,7 +423,7 @@ fn a_plan_from_before_the_clock_was_set_is_not_struck() {
     let emulator = Maker::XArm.emulator(None);
     let mut arm = connect_to::<XArm>(&emulator, &rig, Arc::default()).unwrap();
     // As after a lid that was closed for an hour: what measures the plan's age stood still meanwhile.
-    SLEPT.store(3_600, Ordering::Relaxed);
+    SLEPT.store(3_600_000, Ordering::Relaxed);
     let error = execute(&mut arm, &plan).unwrap_err();
     assert!(matches!(error, RobotError::Refused(_)), "{error}");
     assert!(error.to_string().contains("+3600.000 s"), "{error}");

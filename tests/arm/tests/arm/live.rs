@@ -76,6 +76,14 @@ fn until<T>(
     panic!("{last}");
 }
 
+/// Whether what is seen is an error with this text.
+fn says<T>(text: &str) -> impl Fn(&Result<T, LiveError>) -> bool {
+    move |seen| {
+        let said = seen.as_ref().err().map(ToString::to_string);
+        said.is_some_and(|said| said.contains(text))
+    }
+}
+
 #[test]
 fn an_object_is_seen_at_rest_and_again_where_it_comes_to_rest() {
     let place: Arc<Mutex<[f64; 2]>> = Arc::new(Mutex::new([0.3, 0.02]));
@@ -86,11 +94,7 @@ fn an_object_is_seen_at_rest_and_again_where_it_comes_to_rest() {
     assert!(rest.point.distance(Point::new(0.3, 0.02)) < 1e-6);
     until(|| live.is_still(&rest), Result::is_ok);
     let elsewhere = Resting::at(Point::new(0.31, 0.02));
-    let is_moved = |seen: &Result<(), LiveError>| {
-        let said = seen.as_ref().err().map(ToString::to_string);
-        said.is_some_and(|said| said.contains("moved by 10.0 mm"))
-    };
-    until(|| live.is_still(&elsewhere), is_moved);
+    until(|| live.is_still(&elsewhere), says("moved by 10.0 mm"));
     live.record();
     *place.lock().unwrap() = [0.6, 0.02];
     let since = Instant::now() + Duration::from_millis(100);
@@ -136,10 +140,7 @@ fn what_is_not_at_rest_is_reported_and_waiting_ends() {
         let live = Live::connect(&url, &rig()).unwrap();
         until(
             || live.wait_for_rest(Duration::from_millis(50), &never()),
-            |seen| {
-                let said_so = seen.as_ref().err().map(ToString::to_string);
-                said_so.is_some_and(|text| text.contains(said))
-            },
+            says(said),
         );
         ends.store(true, Ordering::Relaxed);
     }
@@ -168,16 +169,14 @@ fn an_object_that_was_taken_away_a_moment_ago_or_whose_stamps_are_old_is_not_the
             || {
                 let place = next.fetch_add(1, Ordering::Relaxed) % places;
                 let stamp = now - (100 - place) * 1_000_000;
-                let (seconds, rest_of_it) = (stamp / 1_000_000_000, stamp % 1_000_000_000);
                 topic.send(&format!(
-                    r#"{{"header":{{"stamp":{{"sec":{seconds},"nanosec":{rest_of_it}}},"frame_id":"table"}},"point":{{"x":0.3,"y":0.0}}}}"#
+                    r#"{{"header":{{"stamp":{{"sec":{},"nanosec":{}}},"frame_id":"table"}},"point":{{"x":0.3,"y":0.0}}}}"#,
+                    stamp / 1_000_000_000,
+                    stamp % 1_000_000_000
                 ));
                 live.is_still(&rest)
             },
-            |seen| {
-                let text = seen.as_ref().err().map(ToString::to_string);
-                text.is_some_and(|text| text.contains("stamps stand still or run backwards"))
-            },
+            says("stamps stand still or run backwards"),
         );
     }
 }
@@ -229,11 +228,7 @@ fn an_object_that_is_lifted_where_it_lies_is_not_on_the_table_and_any_constant_h
         until(|| live.is_still(&rest), Result::is_ok);
         // The demo's object is 40 mm high.
         *z.lock().unwrap() = height + 0.03;
-        let is_lifted = |seen: &Result<Resting, LiveError>| {
-            let said = seen.as_ref().err().map(ToString::to_string);
-            said.is_some_and(|said| said.contains("30.0 mm higher"))
-        };
-        until(|| live.at_rest(), is_lifted);
+        until(|| live.at_rest(), says("30.0 mm higher"));
         *z.lock().unwrap() = height;
         until(|| live.is_still(&rest), Result::is_ok);
         ends.store(true, Ordering::Relaxed);
@@ -257,12 +252,8 @@ fn a_box_that_was_turned_where_it_lies_is_not_still_and_half_a_turn_is_none() {
     let live = Live::connect(&url, &rig).unwrap();
     let rest = live.wait_for_rest(HANGS, &never()).unwrap();
     until(|| live.is_still(&rest), Result::is_ok);
-    let is_turned = |seen: &Result<(), LiveError>| {
-        let said = seen.as_ref().err().map(ToString::to_string);
-        said.is_some_and(|said| said.contains("turned by 0.060"))
-    };
     *yaw.lock().unwrap() = 0.16;
-    until(|| live.is_still(&rest), is_turned);
+    until(|| live.is_still(&rest), says("turned by 0.060"));
     *yaw.lock().unwrap() = 0.1 - PI;
     until(|| live.is_still(&rest), Result::is_ok);
     ends.store(true, Ordering::Relaxed);
@@ -280,10 +271,7 @@ fn a_clock_that_differs_is_reported_before_a_log_joins_both() {
                 topic.send(&message.replace("NUMBER", &number.to_string()));
                 live.at_rest()
             },
-            |seen| {
-                let text = seen.as_ref().err().map(ToString::to_string);
-                text.is_some_and(|text| text.contains(said))
-            },
+            says(said),
         );
     };
     sends(
@@ -455,59 +443,39 @@ fn control_messages_that_make_no_sense_end_the_listening() {
 
 #[test]
 fn frames_that_are_half_empty_or_too_large_end_the_listening() {
-    let advertised = |mut socket: WebSocket<TcpStream>| {
-        let advertise = format!(r#"{{"op":"advertise","channels":[{CENTROID}]}}"#);
-        socket.send(Message::text(advertise)).unwrap();
-        socket
-    };
-    fails_then(
-        move |socket, over| {
-            let mut socket = advertised(socket);
-            socket.send(Message::binary(vec![])).unwrap();
-            over.wait();
-        },
-        "empty",
-    );
-    fails_then(
-        move |socket, over| {
-            let mut socket = advertised(socket);
-            socket
-                .send(Message::binary(vec![1, 1, 0, 0, 0, 9]))
-                .unwrap();
-            over.wait();
-        },
-        "fewer than its header",
-    );
-    // A frame that says it has 2^63 bytes, and one of a kind that is not there.
-    for bytes in [
-        vec![0x82, 127, 0x7f, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff],
-        vec![0xff; 32],
-    ] {
-        fails_then(
-            move |socket, over| {
-                let mut socket = advertised(socket);
-                socket.get_mut().write_all(&bytes).unwrap();
-                over.wait();
-            },
+    let half = vec![0x82, 100, 1, 1, 0];
+    let cases: [(Vec<u8>, &str, bool); 6] = [
+        // Whole messages without anything, and without all of a header.
+        (vec![0x82, 0], "empty", true),
+        (
+            vec![0x82, 6, 1, 1, 0, 0, 0, 9],
+            "fewer than its header",
+            true,
+        ),
+        // A frame that says it has 2^63 bytes, and one of a kind that is not there.
+        (
+            vec![0x82, 127, 0x7f, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff],
             "reach the live topics",
+            true,
+        ),
+        (vec![0xff; 32], "reach the live topics", true),
+        // Half a frame, and then nothing; half a frame, and then the end.
+        (half.clone(), "not seen it yet", true),
+        (half, "reach the live topics", false),
+    ];
+    for (bytes, said, waits) in cases {
+        fails_then(
+            move |mut socket, over| {
+                let advertise = format!(r#"{{"op":"advertise","channels":[{CENTROID}]}}"#);
+                socket.send(Message::text(advertise)).unwrap();
+                socket.get_mut().write_all(&bytes).unwrap();
+                if waits {
+                    over.wait();
+                }
+            },
+            said,
         );
     }
-    // Half a frame, and then nothing; half a frame, and then the end.
-    fails_then(
-        move |socket, over| {
-            let mut socket = advertised(socket);
-            socket.get_mut().write_all(&[0x82, 100, 1, 1, 0]).unwrap();
-            over.wait();
-        },
-        "not seen it yet",
-    );
-    fails_then(
-        move |socket, _| {
-            let mut socket = advertised(socket);
-            socket.get_mut().write_all(&[0x82, 100, 1, 1, 0]).unwrap();
-        },
-        "reach the live topics",
-    );
 }
 
 #[test]

@@ -5,10 +5,8 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::Duration;
 
-use arm::foxglove::Topic;
-use arm::{Emulator, Event, Table};
+use arm::{Emulator, Maker, Table, connect_to};
 use ingest::{Ingest, ingest_log};
-use rig::{Hidden, Truth};
 use strike::arm::Arm;
 use strike::ur::Ur;
 use strike::xarm::XArm;
@@ -17,7 +15,7 @@ use strike::{
 };
 use values::Point;
 
-use crate::bench::{Maker, connect_to, in_time, plan, wait_for};
+use crate::bench::{in_time, plan, wait_for};
 
 const TO: Point = Point::new(0.62, 0.0);
 /// How long an object is waited for.
@@ -26,15 +24,7 @@ const HANGS: Duration = Duration::from_secs(20);
 /// An arm of a maker, its object where the plan wants it, and the address of its camera.
 fn lab(maker: Maker) -> (Emulator, String) {
     let rig = maker.rig();
-    let truth = Truth {
-        hidden: Hidden::none(),
-        ..Truth::demo(&rig, 5)
-    };
-    let camera = Topic::serve(([127, 0, 0, 1], 0).into(), &rig.topics.centroid.name).unwrap();
-    let url = format!("ws://{}", camera.address);
-    let table = Table::new(truth, plan(&rig, TO).from, false).unwrap();
-    let emulator = maker.emulator(None);
-    (emulator.with_table(table, (camera, rig.camera.rate)), url)
+    maker.at_table(&rig, plan(&rig, TO).from, false)
 }
 
 type Outcome = (Result<Option<StrikeRecord>, RobotError>, Option<Seen>);
@@ -70,16 +60,8 @@ fn an_object_that_is_moved_or_covered_during_the_run_up_is_not_struck() {
         let emulator = &lab.0;
         let (outcome, seen) = thread::scope(|scope| {
             scope.spawn(|| {
-                let is_line = |(_, event): &(_, Event)| matches!(event, Event::Line);
                 // Lift, travel, lower; and the strike, as it begins.
-                wait_for(|| {
-                    emulator
-                        .events()
-                        .iter()
-                        .filter(|event| is_line(event))
-                        .count()
-                        == 4
-                });
+                wait_for(|| emulator.lines() == 4);
                 emulator.table(by);
             });
             watched::<D>(maker, &lab)

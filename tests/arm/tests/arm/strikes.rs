@@ -2,19 +2,20 @@
 
 use std::io::{self, BufRead, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::process::{Command as Program, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use arm::{Emulator, Event, Fault, Listening, Model, Step};
+use arm::{Emulator, Event, Fault, Maker, Model, Step, connect_to};
 use strike::arm::{Arm, LineRequest};
 use strike::ur::Ur;
 use strike::xarm::{Register, XArm, request};
-use strike::{CommandPlanner, Guarded, Look, Memory, RobotError, execute, strike_and_keep};
+use strike::{CommandPlanner, Guarded, Look, Memory, Plan, RobotError, execute, strike_and_keep};
 use values::{Command, Point, Rig};
 
-use crate::bench::{Maker, connect, connect_to, in_time, model, plan, rig, undisturbed, wait_for};
+use crate::bench::{connect, in_time, model, plan, rig, undisturbed, wait_for};
 
 const TO: Point = Point::new(0.62, 0.0);
 
@@ -26,6 +27,41 @@ fn registers(emulator: &Emulator) -> Vec<u8> {
         _ => None,
     };
     events.filter_map(register).collect()
+}
+
+/// A test of this file as a program of its own, which the variable tells that it is one.
+fn itself(test: &str, variable: &str) -> Program {
+    let mut program = Program::new(std::env::current_exe().unwrap());
+    program
+        .arg(format!("strikes::{test}"))
+        .args(["--exact", "--nocapture", "--test-threads", "1"])
+        .env(variable, "1");
+    program
+}
+
+/// A plan, a maker's arm, and what is connected to it.
+fn ready<D: Arm>(maker: Maker) -> (Plan, Arc<Emulator>, Guarded<D>) {
+    let plan = plan(&maker.rig(), TO);
+    let emulator = Arc::new(maker.emulator(None));
+    let arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+    (plan, emulator, arm)
+}
+
+/// What is done as the object is looked at then.
+fn as_it_looks<D: Arm>(arm: &mut Guarded<D>, at: Look, mut done: impl FnMut() + Send + 'static) {
+    arm.look_first(move |when| {
+        if when == at {
+            done();
+        }
+        Ok(())
+    });
+}
+
+/// Asserts that an arm is not struck with, for a reason that has these words.
+fn assert_not_ready(error: &RobotError, words: &[&str]) {
+    assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
+    let text = error.to_string();
+    assert!(words.iter().all(|words| text.contains(words)), "{text}");
 }
 
 /// The speed (m/s) that a maker's arm delivers at the impact where it is commanded this one; none where the plan is refused.
@@ -67,12 +103,8 @@ fn from_the_least_to_the_greatest_speed_it_is_delivered_and_told_within_a_thousa
 fn half_a_turn_to_the_left_is_half_a_turn_to_the_right() {
     in_time(|| {
         for maker in [Maker::XArm, Maker::Ur] {
-            let mut pose = model().pose;
-            pose[3] = -pose[3];
-            let turned = Model {
-                pose,
-                ..maker.model()
-            };
+            let mut turned = maker.near();
+            turned.pose[3] *= -1.0;
             let emulator = maker.listening(turned, None);
             let outcome = maker.strike(&emulator, &plan(&maker.rig(), TO));
             assert!(matches!(outcome, Ok(Some(_))), "{maker:?}: {outcome:?}");
@@ -91,7 +123,7 @@ fn a_motor_that_stays_off_when_all_are_switched_on_is_seen_before_a_line_is_sent
         let (emulator, outcome) = Maker::XArm.run_of(broken, None, &plan);
         let error = outcome.unwrap_err().to_string();
         assert!(error.contains("motor is still off"), "{error}");
-        assert_eq!(lines(&emulator), 0);
+        assert_eq!(emulator.lines(), 0);
     });
 }
 
@@ -108,7 +140,7 @@ fn an_arm_that_sags_as_its_brakes_open_is_nobodys_and_one_that_falls_is() {
                 .err()
                 .map_or(String::new(), |error| error.to_string());
             assert!(strikes || told.contains("was moved by 6.0 mm"), "{told}");
-            assert_eq!(lines(&emulator) > 0, strikes);
+            assert_eq!(emulator.lines() > 0, strikes);
         }
     });
 }
@@ -125,7 +157,7 @@ fn an_arm_that_was_paused_before_is_told_as_paused_and_not_as_somebodys_since_th
             let error = maker.strike(&emulator, &plan).unwrap_err().to_string();
             assert!(error.contains(said), "{maker:?}: {error}");
             assert!(!error.contains("since this program was started"), "{error}");
-            assert_eq!(lines(&emulator), 0);
+            assert_eq!(emulator.lines(), 0);
         }
     });
 }
@@ -133,14 +165,8 @@ fn an_arm_that_was_paused_before_is_told_as_paused_and_not_as_somebodys_since_th
 #[test]
 fn a_panic_stops_it_with_state_4_and_is_reported() {
     in_time(|| {
-        let rig = rig();
-        let plan = plan(&rig, TO);
-        let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-        let mut arm = connect(&emulator, plan.rig()).unwrap();
-        arm.look_first(|when| match when {
-            Look::BeforeDescent => Ok(()),
-            Look::BeforeStrike => panic!("as a bug would"),
-        });
+        let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
+        as_it_looks(&mut arm, Look::BeforeStrike, || panic!("as a bug would"));
         let error = execute(&mut arm, &plan).unwrap_err().to_string();
         assert!(error.contains("panicked"), "{error}");
         assert_eq!(emulator.state(), 4);
@@ -155,15 +181,10 @@ fn a_panic_stops_it_with_state_4_and_is_reported() {
 fn an_object_that_is_not_where_it_was_is_neither_come_down_on_nor_struck_at() {
     in_time(|| {
         for (seen_at, height) in [(Look::BeforeDescent, 70.0), (Look::BeforeStrike, 20.0)] {
-            let rig = rig();
-            let plan = plan(&rig, TO);
-            let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
-            let mut arm = connect(&emulator, plan.rig()).unwrap();
-            arm.look_first(move |when| {
-                if when == seen_at {
-                    return Err("it has moved by 30 mm".into());
-                }
-                Ok(())
+            let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
+            arm.look_first(move |when| match when == seen_at {
+                true => Err("it has moved by 30 mm".into()),
+                false => Ok(()),
             });
             let error = execute(&mut arm, &plan).unwrap_err();
             assert!(error.to_string().contains("moved by 30 mm"), "{error}");
@@ -186,16 +207,14 @@ fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
             ..model()
         };
         // An arm that was just switched on is made ready by a call, once.
-        let emulator = Emulator::start(Listening::Free, switched_on, None).unwrap();
+        let emulator = Maker::XArm.listening(switched_on, None);
         let mut arm = connect(&emulator, plan.rig()).unwrap();
         execute(&mut arm, &plan).unwrap();
         assert_eq!(emulator.ramp(), [1_000.0, 50_000.0], "put back");
         emulator.make(Fault::OperatorStop);
         thread::sleep(Duration::from_millis(50));
         let before = registers(&emulator).len();
-        let error = execute(&mut arm, &plan).unwrap_err();
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        assert!(error.to_string().contains("is in charge"), "{error}");
+        assert_not_ready(&execute(&mut arm, &plan).unwrap_err(), &["is in charge"]);
         let after = registers(&emulator)[before..].to_vec();
         let changing = [11, 12, 19, 21, 31, 32];
         assert!(
@@ -211,26 +230,20 @@ fn whoever_stopped_the_arm_is_in_charge_until_the_program_is_started_again() {
 #[test]
 fn who_stops_an_arm_that_waits_for_the_first_or_next_strike_or_moves_it_is_in_charge() {
     fn before<D: Arm>(maker: Maker, strikes: u32, fault: Fault, said: &str) {
-        let plan = plan(&maker.rig(), TO);
-        let emulator = maker.emulator(None);
-        let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let (plan, emulator, mut arm) = ready::<D>(maker);
         for _ in 0..strikes {
             execute(&mut arm, &plan).unwrap();
         }
-        let (rest, lines) = (emulator.pose(), lines(&emulator));
+        let (rest, lines) = (emulator.pose(), emulator.lines());
         emulator.make(fault);
         match fault {
             Fault::OtherLine => wait_for(|| (emulator.pose()[1] - rest[1]).abs() > 59.9),
             _ => thread::sleep(Duration::from_millis(300)),
         }
+        println!("{maker:?} {fault:?}");
         let error = execute(&mut arm, &plan).unwrap_err();
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        let text = error.to_string();
-        assert!(
-            text.contains("is in charge") && text.contains(said),
-            "{maker:?} {fault:?}: {text}"
-        );
-        assert_eq!(self::lines(&emulator), lines, "{maker:?} {fault:?}");
+        assert_not_ready(&error, &["is in charge", said]);
+        assert_eq!(emulator.lines(), lines);
     }
     in_time(|| {
         before::<XArm>(Maker::XArm, 1, Fault::OperatorStop, "state 4");
@@ -247,11 +260,9 @@ fn who_stops_an_arm_that_waits_for_the_first_or_next_strike_or_moves_it_is_in_ch
 #[test]
 fn motors_that_were_off_between_two_strikes_end_it_though_they_are_on_again() {
     let off_for = |off: Duration| {
-        let plan = plan(&Maker::XArm.rig(), TO);
-        let emulator = Maker::XArm.emulator(None);
-        let mut arm = connect_to::<XArm>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
         execute(&mut arm, &plan).unwrap();
-        let lines = lines(&emulator);
+        let lines = emulator.lines();
         // Another client, which makes it ready again, too.
         let mut other = TcpStream::connect(emulator.ports[0]).unwrap();
         for (register, content) in [
@@ -262,11 +273,8 @@ fn motors_that_were_off_between_two_strikes_end_it_though_they_are_on_again() {
             other.write_all(&request(1, register, content)).unwrap();
             thread::sleep(off);
         }
-        let error = execute(&mut arm, &plan).unwrap_err();
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        let text = error.to_string();
-        assert!(text.contains("is in charge"), "{text}");
-        assert_eq!(self::lines(&emulator), lines);
+        assert_not_ready(&execute(&mut arm, &plan).unwrap_err(), &["is in charge"]);
+        assert_eq!(emulator.lines(), lines);
     };
     // The state shows what is over before motors are told of.
     in_time(|| off_for(Duration::from_millis(20)));
@@ -294,12 +302,8 @@ fn whoever_is_told_to_press_the_emergency_stop_is_told_once_the_arm_rests() {
         return;
     }
     in_time(|| {
-        let child = std::process::Command::new(std::env::current_exe().unwrap())
-            .arg("strikes::whoever_is_told_to_press_the_emergency_stop_is_told_once_the_arm_rests")
-            .args(["--exact", "--nocapture", "--test-threads", "1"])
-            .env(CHILD, "1")
-            .output()
-            .unwrap();
+        let name = "whoever_is_told_to_press_the_emergency_stop_is_told_once_the_arm_rests";
+        let child = itself(name, CHILD).output().unwrap();
         let told = String::from_utf8_lossy(&child.stderr);
         let prompt = told.find("PRESS THE EMERGENCY STOP");
         let rests = told.find("the arm rests now");
@@ -322,30 +326,25 @@ fn a_stop_right_after_the_arm_was_made_ready_is_not_overridden() {
             let error = Maker::Ur.strike(&emulator, &plan).unwrap_err().to_string();
             assert!(error.contains("is in charge"), "{error}");
         });
-        assert_eq!(lines(&emulator), 0);
+        assert_eq!(emulator.lines(), 0);
     });
 }
 
 #[test]
 fn whoever_stops_the_arm_while_it_is_looked_at_the_object_is_not_overridden() {
     fn stopped_in<D: Arm>(maker: Maker, look: Look, time: Duration) {
-        let plan = plan(&maker.rig(), TO);
-        let emulator = Arc::new(maker.emulator(None));
-        let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let (plan, emulator, mut arm) = ready::<D>(maker);
         let (operator, before) = (emulator.clone(), Arc::new(Mutex::new(None)));
         let sent = before.clone();
-        arm.look_first(move |when| {
-            if when == look {
-                *sent.lock().unwrap() = Some(lines(&operator));
-                operator.make(Fault::OperatorStop);
-                // Until a camera has seen it once more.
-                thread::sleep(time);
-            }
-            Ok(())
+        as_it_looks(&mut arm, look, move || {
+            *sent.lock().unwrap() = Some(operator.lines());
+            operator.make(Fault::OperatorStop);
+            // Until a camera has seen it once more.
+            thread::sleep(time);
         });
         let error = execute(&mut arm, &plan).unwrap_err();
         let before = before.lock().unwrap().expect("it was looked");
-        assert_eq!(lines(&emulator), before, "{maker:?} {look:?}: {error}");
+        assert_eq!(emulator.lines(), before, "{maker:?} {look:?}: {error}");
         assert!(!emulator.is_running());
     }
     for look in [Look::BeforeDescent, Look::BeforeStrike] {
@@ -376,26 +375,20 @@ fn a_fence_that_is_set_while_the_arm_is_made_ready_is_kept() {
                 .to_string();
             assert!(error.contains("own fence"), "{error}");
         });
-        assert_eq!(lines(&emulator), 0);
+        assert_eq!(emulator.lines(), 0);
     });
 }
 
 #[test]
 fn a_strike_is_sent_right_after_the_last_look_or_not_at_all() {
     in_time(|| {
-        let rig = rig();
-        let plan = plan(&rig, TO);
-        let emulator = Arc::new(Emulator::start(Listening::Free, model(), None).unwrap());
-        let mut arm = connect(&emulator, plan.rig()).unwrap();
+        let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
         let (looked, holds) = (Arc::new(Mutex::new(None)), emulator.clone());
         let at = looked.clone();
         // Reports cease when it is looked for the last time: what waits for one of them waits while the object may be moved.
-        arm.look_first(move |when| {
-            if when == Look::BeforeStrike {
-                *at.lock().unwrap() = Some(Instant::now());
-                holds.make(Fault::Burst);
-            }
-            Ok(())
+        as_it_looks(&mut arm, Look::BeforeStrike, move || {
+            *at.lock().unwrap() = Some(Instant::now());
+            holds.make(Fault::Burst);
         });
         execute(&mut arm, &plan).unwrap_err();
         let looked = looked.lock().unwrap().expect("it was looked at");
@@ -413,10 +406,8 @@ fn a_strike_is_sent_right_after_the_last_look_or_not_at_all() {
 #[test]
 fn whoever_is_told_to_step_back_has_the_time_for_it_and_may_stop_the_arm() {
     fn told<D: Arm>(maker: Maker) {
-        let plan = plan(&maker.rig(), Point::new(0.62, 0.0));
         for is_stopped in [false, true] {
-            let emulator = maker.emulator(None);
-            let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+            let (plan, emulator, mut arm) = ready::<D>(maker);
             let pause = Duration::from_secs(1);
             arm.pause(pause);
             let begun = Instant::now();
@@ -444,16 +435,9 @@ fn whoever_is_told_to_step_back_has_the_time_for_it_and_may_stop_the_arm() {
 #[test]
 fn a_pose_that_freezes_as_a_line_begins_is_told_within_a_tenth_of_a_second() {
     fn frozen<D: Arm>(maker: Maker, fault: Fault) {
-        let plan = plan(&maker.rig(), Point::new(0.62, 0.0));
-        let emulator = Arc::new(maker.emulator(None));
-        let mut arm = connect_to::<D>(&emulator, plan.rig(), Arc::default()).unwrap();
+        let (plan, emulator, mut arm) = ready::<D>(maker);
         let freezes = emulator.clone();
-        arm.look_first(move |when| {
-            if when == Look::BeforeStrike {
-                freezes.make(fault);
-            }
-            Ok(())
-        });
+        as_it_looks(&mut arm, Look::BeforeStrike, move || freezes.make(fault));
         let error = execute(&mut arm, &plan).unwrap_err();
         let events = emulator.events();
         let last = |is: fn(&Event) -> bool| {
@@ -491,11 +475,6 @@ fn an_arm_that_answers_nothing_is_not_waited_for_longer_than_allowed() {
             assert!(waited < Duration::from_millis(400), "{waited:?}");
         }
     });
-}
-
-fn lines(emulator: &Emulator) -> usize {
-    let is_line = |(_, event): &(_, Event)| matches!(event, Event::Line);
-    emulator.events().iter().filter(|e| is_line(e)).count()
 }
 
 #[test]
@@ -542,7 +521,7 @@ fn the_controller_is_asked_about_every_line_from_where_the_one_before_it_ends() 
             emulator.change(|arm| arm.wall = wall);
             let error = maker.strike(&emulator, &plan).unwrap_err().to_string();
             assert!(error.contains("cannot `strike`"), "{maker:?}: {error}");
-            assert_eq!(lines(&emulator), 0);
+            assert_eq!(emulator.lines(), 0);
         }
     });
 }
@@ -567,7 +546,7 @@ fn an_arm_that_its_pendant_has_or_another_program_is_not_moved() {
         // Who may try again later is told so.
         let is_busy = matches!(error, RobotError::Busy { .. });
         assert_eq!(is_busy, said == "another program", "{text}");
-        assert_eq!(lines(&emulator), 0);
+        assert_eq!(emulator.lines(), 0);
     }
 }
 
@@ -642,7 +621,7 @@ fn an_arm_of_either_maker_strikes_by_one_guard_and_what_it_did_is_in_the_log() {
             let (emulator, outcome) = undisturbed(maker, &plan);
             let struck = outcome.unwrap().unwrap();
             assert_eq!(struck.warning, None);
-            assert_eq!(lines(&emulator), 5);
+            assert_eq!(emulator.lines(), 5);
             // Pose and speed from rest to rest.
             let samples = struck.samples;
             assert!(samples.states.len() > 60 && samples.commands.len() > 100);
@@ -666,7 +645,7 @@ fn a_program_of_another_computer_that_sends_the_same_lines_is_seen() {
         let outcome = thread::scope(|scope| {
             scope.spawn(|| {
                 // On its way to the start.
-                wait_for(|| lines(&emulator) == 2 && emulator.is_running());
+                wait_for(|| emulator.lines() == 2 && emulator.is_running());
                 let mut to = other.pose().unwrap();
                 to.at = [plan.start.x, plan.start.y, to.at[2]];
                 let same = LineRequest {
@@ -686,7 +665,7 @@ fn a_program_of_another_computer_that_sends_the_same_lines_is_seen() {
 #[test]
 fn one_program_drives_an_arm_at_a_time() {
     let rig = rig();
-    let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
+    let emulator = Maker::XArm.emulator(None);
     let first = connect(&emulator, &rig).unwrap();
     assert!(matches!(
         connect(&emulator, &rig),
@@ -699,8 +678,7 @@ fn one_program_drives_an_arm_at_a_time() {
         version: "7,7,XI77,AC1305,v2.4.0".into(),
         ..model()
     };
-    let [one, other] =
-        [same.clone(), same].map(|model| Emulator::start(Listening::Free, model, None).unwrap());
+    let [one, other] = [same.clone(), same].map(|model| Maker::XArm.listening(model, None));
     let _first = connect(&one, &rig).unwrap();
     assert!(matches!(
         connect(&other, &rig),
@@ -718,8 +696,7 @@ fn another_arm_at_the_address_of_the_rigs_is_not_moved() {
         rig.robot.serial = Some(connect(&own, &rig).unwrap().serial().to_owned());
         connect(&own, &rig).unwrap();
         let error = connect(&other, &rig).err().unwrap();
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        assert!(error.to_string().contains("robot.serial"), "{error}");
+        assert_not_ready(&error, &["robot.serial"]);
     }
     exchanged::<XArm>(Maker::XArm);
     exchanged::<Ur>(Maker::Ur);
@@ -739,13 +716,8 @@ fn a_base_whose_height_is_wrong_moves_no_arm_down_into_the_table() {
                 rig.robot.base_height = Some(height);
                 let emulator = maker.emulator(None);
                 let error = maker.strike(&emulator, &plan(&rig, TO)).unwrap_err();
-                assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-                let text = error.to_string();
-                assert!(
-                    text.contains(said) && text.contains("robot.base_height"),
-                    "{text}"
-                );
-                assert_eq!(lines(&emulator), 0);
+                assert_not_ready(&error, &[said, "robot.base_height"]);
+                assert_eq!(emulator.lines(), 0);
             }
         }
     });
@@ -757,12 +729,12 @@ fn an_arm_strikes_from_travel_height_alone_as_far_as_half_the_tips_clearance_goe
         for maker in [Maker::XArm, Maker::Ur] {
             // The tip strikes 8 mm above the table.
             for (height, strikes) in [(20.0, false), (65.0, false), (73.0, true), (75.0, false)] {
-                let mut model = maker.model();
+                let mut model = maker.near();
                 model.pose[2] = height;
                 let emulator = maker.listening(model, None);
                 let outcome = maker.strike(&emulator, &plan(&maker.rig(), TO));
                 assert_eq!(outcome.is_ok(), strikes, "{maker:?}: {outcome:?}");
-                assert_eq!(lines(&emulator) > 0, strikes, "{maker:?}");
+                assert_eq!(emulator.lines() > 0, strikes, "{maker:?}");
             }
         }
     });
@@ -788,12 +760,10 @@ fn an_arm_that_carom_stopped_low_goes_on_from_there_alone_and_by_the_same_height
         let [_, _, low, ..] = emulator.pose();
         assert!((low - 20.0).abs() < 1.0, "{low}");
         // Who edits the rig file meanwhile says that it stands elsewhere. A call that is refused forgets nothing.
-        let (mut higher, before) = (rig.clone(), lines(&emulator));
+        let (mut higher, before) = (rig.clone(), emulator.lines());
         higher.robot.base_height = Some(0.05);
-        let refused = call(&higher, false).unwrap_err();
-        assert!(matches!(refused, RobotError::NotReady { .. }), "{refused}");
-        assert!(refused.to_string().contains("base_height"), "{refused}");
-        assert_eq!(lines(&emulator), before);
+        assert_not_ready(&call(&higher, false).unwrap_err(), &["base_height"]);
+        assert_eq!(emulator.lines(), before);
         call(&rig, false).unwrap();
     });
 }
@@ -802,27 +772,19 @@ fn an_arm_that_carom_stopped_low_goes_on_from_there_alone_and_by_the_same_height
 fn nothing_is_struck_once_whoever_read_standard_error_is_gone() {
     const CHILD: &str = "CAROM_TEST_UNHEARD";
     if std::env::var_os(CHILD).is_some() {
-        let plan = plan(&rig(), TO);
-        let emulator = Maker::XArm.emulator(None);
-        let mut arm = connect(&emulator, plan.rig()).unwrap();
-        arm.look_first(|when| {
-            if when == Look::BeforeStrike {
-                println!("looks");
-                // Until the reader of standard error is gone.
-                io::stdin().read_line(&mut String::new()).unwrap();
-            }
-            Ok(())
+        let (plan, emulator, mut arm) = ready::<XArm>(Maker::XArm);
+        as_it_looks(&mut arm, Look::BeforeStrike, || {
+            println!("looks");
+            // Until the reader of standard error is gone.
+            io::stdin().read_line(&mut String::new()).unwrap();
         });
         let error = execute(&mut arm, &plan).unwrap_err().to_string();
-        println!("{} lines; {error}", lines(&emulator));
+        println!("{} lines; {error}", emulator.lines());
         return;
     }
     in_time(|| {
-        use std::process::{Command, Stdio};
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .arg("strikes::nothing_is_struck_once_whoever_read_standard_error_is_gone")
-            .args(["--exact", "--nocapture", "--test-threads", "1"])
-            .env(CHILD, "1")
+        let name = "nothing_is_struck_once_whoever_read_standard_error_is_gone";
+        let mut child = itself(name, CHILD)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -876,13 +838,7 @@ fn an_arm_that_is_not_the_rigs_moves_nothing() {
         let mut model = model();
         change(&mut model);
         let (emulator, outcome) = Maker::XArm.run_of(model, None, &plan);
-        let error = outcome.expect_err(said);
-        assert!(matches!(error, RobotError::NotReady { .. }), "{error}");
-        let text = error.to_string();
-        assert!(
-            text.contains(said) && text.contains("nothing has moved"),
-            "{text}"
-        );
+        assert_not_ready(&outcome.expect_err(said), &[said, "nothing has moved"]);
         let changing = [11, 12, 16, 17, 19, 21, 31, 32];
         let written = registers(&emulator);
         assert!(
@@ -897,7 +853,7 @@ fn a_rig_file_that_lacks_what_an_arm_needs_is_reported_before_a_connection() {
     let mut rig = rig();
     rig.robot.payload = None;
     rig.robot.travel_height = None;
-    let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
+    let emulator = Maker::XArm.emulator(None);
     let error = connect(&emulator, &rig).unwrap_err();
     assert!(
         error.to_string().contains("lacks travel_height, payload"),
@@ -913,7 +869,7 @@ fn stopped_by(
 ) {
     let rig = rig();
     let plan = plan(&rig, TO);
-    let emulator = Emulator::start(Listening::Free, model(), None).unwrap();
+    let emulator = Maker::XArm.emulator(None);
     let interrupted = Arc::new(AtomicBool::new(false));
     let mut arm = connect_to::<XArm>(&emulator, plan.rig(), interrupted.clone()).unwrap();
     let stop = stop(&arm, &interrupted);

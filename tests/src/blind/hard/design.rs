@@ -10,43 +10,32 @@ use values::Interval;
 use super::super::form::{one_of, uniform};
 use super::kind::HardKind;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Design {
-    /// Strikes as in the demo: start, speed and angle at random; 40 to 160 strikes.
-    Random,
-    /// At random, 25 strikes.
-    Few,
-    /// At random, 400 strikes.
-    Many,
-    /// At random, with a quarter of the strikes in a row missing from the logs.
-    Gaps,
-    /// All pairs of five angles and four speeds, from two starts, once to three times, in their order or shuffled.
-    Grid,
-    /// One angle; start and speed at random.
-    OneAngle,
-    /// One speed; start and angle at random.
-    OneSpeed,
-    /// One start; speed and angle at random.
-    OneStart,
-    /// One start and command, again and again.
-    Repeats,
-    /// One start; speed or angle rises from strike to strike, the other is fixed.
-    Sweep,
+values::named! {
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Design {
+        /// Strikes as in the demo: start, speed and angle at random; 40 to 160 strikes.
+        Random = "at random, as the demo",
+        /// At random, 25 strikes.
+        Few = "at random, 25 strikes",
+        /// At random, 400 strikes.
+        Many = "at random, 400 strikes",
+        /// At random, with a quarter of the strikes in a row missing from the logs.
+        Gaps = "at random, gaps in the order",
+        /// All pairs of five angles and four speeds, from two starts, once to three times, in their order or shuffled.
+        Grid = "a grid",
+        /// One angle; start and speed at random.
+        OneAngle = "one angle",
+        /// One speed; start and angle at random.
+        OneSpeed = "one speed",
+        /// One start; speed and angle at random.
+        OneStart = "one start",
+        /// One start and command, again and again.
+        Repeats = "repeats of one command",
+        /// One start; speed or angle rises from strike to strike, the other is fixed.
+        Sweep = "a sweep",
+    }
 }
-
-pub const DESIGNS: [Design; 10] = [
-    Design::Random,
-    Design::Few,
-    Design::Many,
-    Design::Gaps,
-    Design::Grid,
-    Design::OneAngle,
-    Design::OneSpeed,
-    Design::OneStart,
-    Design::Repeats,
-    Design::Sweep,
-];
 
 /// Number of designs that vary everything.
 const WIDE: usize = 5;
@@ -63,34 +52,19 @@ const PUT_DOWN: f64 = 0.002;
 const TRIES: usize = 2000;
 
 impl Design {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Random => "at random, as the demo",
-            Self::Few => "at random, 25 strikes",
-            Self::Many => "at random, 400 strikes",
-            Self::Gaps => "at random, gaps in the order",
-            Self::Grid => "a grid",
-            Self::OneAngle => "one angle",
-            Self::OneSpeed => "one speed",
-            Self::OneStart => "one start",
-            Self::Repeats => "repeats of one command",
-            Self::Sweep => "a sweep",
-        }
-    }
-
     /// Draws a design that can tell what a set of this kind hides. One angle, speed, start or command makes different phenomena the same, and a
     /// sweep makes of every change by the order one by the command: no name would be wrong.
     pub(super) fn draw(kind: HardKind, random: &mut ChaCha8Rng) -> Self {
         let (share, fit) = match kind {
-            HardKind::Control => (RANDOM_CONTROLS, DESIGNS.len()),
-            HardKind::Odd => (RANDOM, DESIGNS.len()),
-            HardKind::Order => (RANDOM, DESIGNS.len() - 1),
+            HardKind::Control => (RANDOM_CONTROLS, Self::ALL.len()),
+            HardKind::Odd => (RANDOM, Self::ALL.len()),
+            HardKind::Order => (RANDOM, Self::ALL.len() - 1),
             _ => (RANDOM, WIDE),
         };
         if random.random::<f64>() < share {
             Self::Random
         } else {
-            *one_of(random, &DESIGNS[1..fit])
+            *one_of(random, &Self::ALL[1..fit])
         }
     }
 
@@ -251,7 +225,7 @@ mod tests {
             let mut truth = Truth::demo(&Truth::demo_rig(shape), 1);
             truth.hidden = Hidden::none();
             let mut random = ChaCha8Rng::seed_from_u64(4);
-            for design in DESIGNS {
+            for design in Design::ALL {
                 let plan = design.plan(&truth, &mut random).expect("it can be made");
                 let sd = |of: fn(&PlannedStrike) -> f64| {
                     let n = plan.len() as f64;

@@ -2,25 +2,27 @@
 
 use serde::{Deserialize, Serialize};
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum HardKind {
-    /// Nothing hidden but noise.
-    Control,
-    /// One phenomenon that has a name, at twice the floor and more.
-    Single,
-    /// One of them, below twice the floor.
-    Weak,
-    /// Two or three of them, each at twice the floor and more.
-    Several,
-    /// What no candidate has, at twice the floor and more.
-    Foreign,
-    /// An arm that errs by where the object lies, at twice the floor and more.
-    Place,
-    /// What changes with the order otherwise than by wear, at twice the floor and more.
-    Order,
-    /// What is neither noise nor an effect: no name is right.
-    Odd,
+values::named! {
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum HardKind {
+        /// Nothing hidden but noise.
+        Control = "control",
+        /// One phenomenon that has a name, at twice the floor and more.
+        Single = "single",
+        /// One of them, below twice the floor.
+        Weak = "weak",
+        /// Two or three of them, each at twice the floor and more.
+        Several = "several",
+        /// What no candidate has, at twice the floor and more.
+        Foreign = "foreign",
+        /// An arm that errs by where the object lies, at twice the floor and more.
+        Place = "place",
+        /// What changes with the order otherwise than by wear, at twice the floor and more.
+        Order = "order",
+        /// What is neither noise nor an effect: no name is right.
+        Odd = "odd",
+    }
 }
 
 /// Number of sets of each kind among twenty.
@@ -36,19 +38,6 @@ pub(super) const OF_TWENTY: [(HardKind, usize); 8] = [
 ];
 
 impl HardKind {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Control => "control",
-            Self::Single => "single",
-            Self::Weak => "weak",
-            Self::Several => "several",
-            Self::Foreign => "foreign",
-            Self::Place => "place",
-            Self::Order => "order",
-            Self::Odd => "odd",
-        }
-    }
-
     /// The kind under which its phenomena are listed.
     pub(super) fn listed(self) -> Self {
         match self {

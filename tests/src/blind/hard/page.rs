@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::super::judged::{Judged, Proportion};
 use super::cases::Drawn;
-use super::design::DESIGNS;
+use super::design::Design;
 use super::kind::HardKind;
 use super::noise::kinds;
 use super::outcome::HardOutcome;
@@ -86,7 +86,7 @@ fn by_set(text: &mut String, made: &[&HardOutcome]) {
         let cells = cells.map(|cell| cell.to_string());
         let _ = writeln!(text, "| {what} | {} |", cells.join(" | "));
     };
-    for design in DESIGNS {
+    for design in Design::ALL {
         row(design.name(), &|_, drawn| drawn.design == design);
     }
     row("a cylinder", &|o, _| !o.is_box());

@@ -4,7 +4,7 @@ use values::FieldTopic;
 
 use super::super::ros_schema::{self, Base, Definition, Member, Primitive, Shape};
 use super::{Element, Plan, Step, Wire};
-use crate::path::{FieldTree, Leaf, first_name, stamp_leaf};
+use crate::path::{FieldTree, Leaf, first_name};
 use crate::{LogError, SchemaText};
 
 /// Types may nest this deep; ROS's own nest less than ten.
@@ -170,11 +170,8 @@ impl<'a> Compiler<'a> {
             return Err(Failure::Schema(format!("types nest deeper than {DEEPEST}")));
         }
         let definition = self.definition(index);
-        let stamped = want
-            .leaves
-            .contains(&Leaf::Stamp)
-            .then(|| stamp_want(definition))
-            .flatten();
+        let members = definition.members.iter().map(|member| member.name.clone());
+        let stamped = want.of_stamp(members);
         if let (Some(leaf), None) = (want.leaves.first(), &stamped) {
             return Err(Failure::Field(
                 *leaf,
@@ -353,21 +350,4 @@ fn types_in(steps: &[Step], types: &mut Vec<usize>) {
             | Step::PassSequence(_) => {}
         }
     }
-}
-
-fn stamp_want(definition: &Definition) -> Option<FieldTree> {
-    let fields: Vec<_> = definition
-        .members
-        .iter()
-        .filter_map(|member| {
-            Some((
-                member.name.clone(),
-                FieldTree::leaf(stamp_leaf(&member.name)?),
-            ))
-        })
-        .collect();
-    (fields.len() == 2).then(|| FieldTree {
-        fields,
-        ..FieldTree::default()
-    })
 }

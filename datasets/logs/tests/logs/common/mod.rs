@@ -32,11 +32,15 @@ const POINT_STAMPED: &str = "# A point.\nstd_msgs/Header header\nPoint point\n\
     MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n";
 
 pub fn topic(name: &str) -> FieldTopic {
+    topic_of(name, "point.x", "point.y")
+}
+
+pub fn topic_of(name: &str, x: &str, y: &str) -> FieldTopic {
     FieldTopic {
         name: name.into(),
         stamp: "header.stamp".into(),
-        x: "point.x".into(),
-        y: "point.y".into(),
+        x: x.into(),
+        y: y.into(),
     }
 }
 
@@ -237,7 +241,7 @@ pub fn write(encoding: Encoding, options: WriteOptions, samples: &[Sample]) -> V
     file.into_inner()
 }
 
-/// What is read of topic `/p`, and how often messages were lost on the way.
+/// What is read of topic `/p`, and what was in the log.
 pub fn read(bytes: &[u8]) -> Result<(Vec<Sample>, Summary), LogError> {
     read_topic(bytes, TopicRequest::required(&topic("/p")))
 }
@@ -246,18 +250,22 @@ pub fn read_topic(
     bytes: &[u8],
     topic: TopicRequest<'_>,
 ) -> Result<(Vec<Sample>, Summary), LogError> {
+    let (samples, summary) = read_topics(bytes, &[topic])?;
+    let samples = samples.into_iter().map(|(_, sample)| sample);
+    Ok((samples.collect(), summary))
+}
+
+/// Samples with the indices of their topics.
+pub fn read_topics(
+    bytes: &[u8],
+    wanted: &[TopicRequest<'_>],
+) -> Result<(Vec<(usize, Sample)>, Summary), LogError> {
     let mut samples = Vec::new();
     let log = Cursor::new(bytes);
-    let summary = logs::read_from(
-        "test.mcap",
-        log,
-        &[topic],
-        Limits::default(),
-        &mut |event| {
-            if let Event::Sample(0, sample) = event {
-                samples.push(sample);
-            }
-        },
-    )?;
+    let summary = logs::read_from("test.mcap", log, wanted, Limits::default(), &mut |event| {
+        if let Event::Sample(index, sample) = event {
+            samples.push((index, sample));
+        }
+    })?;
     Ok((samples, summary))
 }

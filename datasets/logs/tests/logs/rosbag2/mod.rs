@@ -7,11 +7,12 @@ mod definitions;
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use logs::{Event, Limits, LogError, Sample, Summary, TopicRequest};
+use logs::{LogError, Sample, Summary, TopicRequest};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions};
 use values::FieldTopic;
 
+use crate::common::{read_topics, topic_of as topic};
 use definitions::{ODOMETRY, POINT_STAMPED, TRACKED, TWIST_STAMPED, full_text};
 
 const STAMP: i64 = 1_700_000_000_123_456_789;
@@ -112,15 +113,14 @@ type Type<'a> = (&'a str, &'a str, String);
 fn bag(options: WriteOptions, channels: &[(&str, Type<'_>, &[u8])]) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
     let mut writer = options.create(&mut file).unwrap();
-    let rosbag2 = |text: &str| Metadata {
-        name: "rosbag2".into(),
-        metadata: [("serialized_metadata".into(), text.into())].into(),
+    let rosbag2 = |messages: usize| {
+        let text = format!("version: 8\nstorage_identifier: mcap\nmessage_count: {messages}\n");
+        Metadata {
+            name: "rosbag2".into(),
+            metadata: [("serialized_metadata".into(), text)].into(),
+        }
     };
-    writer
-        .write_metadata(&rosbag2(
-            "version: 8\nstorage_identifier: mcap\nmessage_count: 0\n",
-        ))
-        .unwrap();
+    writer.write_metadata(&rosbag2(0)).unwrap();
     let qos = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n  deadline:\n    sec: 9223372036\n    nsec: 854775807\n";
     let metadata: BTreeMap<String, String> = [
         ("offered_qos_profiles".into(), qos.into()),
@@ -153,58 +153,30 @@ fn bag(options: WriteOptions, channels: &[(&str, Type<'_>, &[u8])]) -> Vec<u8> {
             writer.write_to_known_channel(&header, message).unwrap();
         }
     }
-    writer
-        .write_metadata(&rosbag2(
-            "version: 8\nstorage_identifier: mcap\nmessage_count: 4\n",
-        ))
-        .unwrap();
+    writer.write_metadata(&rosbag2(4)).unwrap();
     writer.finish().unwrap();
     drop(writer);
     file.into_inner()
 }
 
-fn topic(name: &str, x: &str, y: &str) -> FieldTopic {
-    FieldTopic {
-        name: name.into(),
-        stamp: "header.stamp".into(),
-        x: x.into(),
-        y: y.into(),
-    }
-}
-
 fn read(file: &[u8], topics: &[FieldTopic]) -> Result<(Vec<(usize, Sample)>, Summary), LogError> {
     let wanted: Vec<_> = topics.iter().map(TopicRequest::required).collect();
-    let mut samples = Vec::new();
-    let summary = logs::read_from(
-        "bag_0.mcap",
-        Cursor::new(file),
-        &wanted,
-        Limits::default(),
-        &mut |event| {
-            if let Event::Sample(index, sample) = event {
-                samples.push((index, sample));
-            }
-        },
-    )?;
-    Ok((samples, summary))
+    read_topics(file, &wanted)
 }
 
 #[test]
 fn a_recording_in_every_storage_preset_is_read() {
-    let message = |own| full_text(own);
     let covariance = || std::iter::repeat_n(0.125, 36);
-    let odometry = Cdr::new().header().text("tip");
-    let odometry = odometry
-        .floats([0.3, -0.1, 0.0, 0.0, 0.0, 0.0, 1.0])
-        .floats(covariance());
-    let odometry = odometry
-        .floats([0.7, 0.2, 0.0, 0.0, 0.0, 0.0])
+    let pose = Cdr::new().header().text("tip");
+    let pose = pose.floats([0.3, -0.1, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let twist = pose
         .floats(covariance())
-        .0;
+        .floats([0.7, 0.2, 0.0, 0.0, 0.0, 0.0]);
+    let odometry = twist.floats(covariance()).0;
     let point = Cdr::new().header().floats([0.45, -0.02, 0.0]).0;
     let twist = Cdr::new().header().floats([0.8, 0.1, 0.0, 0.0, 0.0, 0.0]).0;
     let tracked = tracked().0;
-    let ros2 = |name, own| (name, "ros2msg", message(own));
+    let ros2 = |name, own| (name, "ros2msg", full_text(own));
     let channels = [
         (
             "/parameter_events",
@@ -293,32 +265,22 @@ fn definitions_that_cannot_be_used_are_distinguished() {
                module demo_msgs { module msg { struct P { double x; }; }; };\n";
     let service = "================================================================================\nSRV: demo_msgs/srv/Ask\n\
                    int64 a\n---\nint64 sum\n";
-    for (definition, expected) in [
+    let missing = full_text("std_msgs/Header header\nMissing point\n");
+    let (own, asked) = ("demo_msgs/msg/P", "demo_msgs/srv/Ask_Event");
+    let not_installed = "where the message's package is installed";
+    for (name, encoding, text, expected) in [
+        (own, "ros2idl", idl, "record with a ros2msg schema"),
+        (own, "unknown", "", not_installed),
+        (own, "ros2msg", "", not_installed),
+        (asked, "ros2msg", service, "defines a service"),
         (
-            ("demo_msgs/msg/P", "ros2idl", idl.into()),
-            "record with a ros2msg schema",
-        ),
-        (
-            ("demo_msgs/msg/P", "unknown", String::new()),
-            "where the message's package is installed",
-        ),
-        (
-            ("demo_msgs/msg/P", "ros2msg", String::new()),
-            "where the message's package is installed",
-        ),
-        (
-            ("demo_msgs/srv/Ask_Event", "ros2msg", service.into()),
-            "defines a service",
-        ),
-        (
-            (
-                "demo_msgs/msg/P",
-                "ros2msg",
-                full_text("std_msgs/Header header\nMissing point\n"),
-            ),
+            own,
+            "ros2msg",
+            &missing,
             "uses Missing, which is not defined",
         ),
     ] {
+        let definition = (name, encoding, text.into());
         let text = refusal(definition);
         assert!(text.contains(expected) && text.contains("/p"), "{text}");
     }

@@ -6,7 +6,7 @@ use clap::Args;
 use track::{Board, Dictionary, FEWEST_CORNERS, LensFit, SeenBoard, SeenPoint};
 use values::Rig;
 
-use super::files::load_image;
+use super::typed::load_image;
 use super::typed::{places, size};
 use crate::Error;
 

@@ -2,7 +2,6 @@
 
 mod board;
 mod calibrate;
-mod files;
 mod tune;
 mod typed;
 

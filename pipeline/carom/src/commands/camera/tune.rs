@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use track::{Image, Tracker, Tuned, draw_observation, png_of};
 use values::{Point, Rig};
 
-use super::files::load_image;
+use super::typed::load_image;
 use super::typed::pixel;
 use crate::Error;
 use crate::error::Output;

@@ -1,6 +1,12 @@
 //! Points, sizes and pixels as they are typed.
 
-use track::SeenPoint;
+use std::fs;
+use std::path::Path;
+
+use track::{Decoder, Image, ImageMessage, Payload, SeenPoint, first_image};
+use values::Rig;
+
+use crate::Error;
 
 /// Numbers between commas.
 fn numbers(text: &str) -> Result<Vec<f64>, String> {
@@ -48,4 +54,22 @@ pub(super) fn size(text: &str) -> Result<[usize; 2], String> {
 /// `U,V`.
 pub(super) fn pixel(text: &str) -> Result<[usize; 2], String> {
     whole(text, ',').ok_or_else(|| "two whole numbers such as 412,233 are needed".into())
+}
+
+/// Reads a JPEG or PNG, or the first image of a log: of the rig file's topic, where it names one.
+pub(super) fn load_image(path: &Path, rig: Option<&Rig>) -> Result<Image, Error> {
+    if logs::is_log(path) {
+        let topic = rig.and_then(|rig| rig.topics.image.as_ref());
+        return first_image(path, topic.map(|topic| topic.name.as_str())).map_err(Error::input);
+    }
+    let data = fs::read(path).map_err(|error| Error::unreadable(path, &error))?;
+    let message = ImageMessage {
+        stamp: 0,
+        payload: Payload::Compressed(&data),
+    };
+    let mut decoder = Decoder::default();
+    let image = decoder
+        .decode(&message)
+        .map_err(|error| Error::input(format!("read the image {}: {error}", path.display())))?;
+    Ok(image.clone())
 }

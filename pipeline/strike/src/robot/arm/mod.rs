@@ -11,7 +11,6 @@ mod guard;
 mod guarded;
 mod line;
 mod outlet;
-mod record;
 mod setup;
 mod signals;
 mod turn;
