@@ -22,7 +22,7 @@ const FOLDER: &str = "tracked";
 /// What is kept there beside a log.
 const FRAMES: &str = "frames.json";
 /// Raised when the same images give other centroids.
-const VERSION: u32 = 12;
+const VERSION: u32 = 13;
 
 /// Logs to ingest.
 #[derive(Debug, Default)]

@@ -69,6 +69,14 @@ impl Background {
         Some(background)
     }
 
+    /// The background of some images of one size, of a camera that does not move: what seems to is the light.
+    pub(crate) fn at_rest(pilots: &[Pilot], range: Option<&Range>) -> Option<Self> {
+        let all: Vec<&Pilot> = pilots.iter().collect();
+        let mut background = Self::of_all(&all, range)?;
+        background.spots.forget();
+        Some(background)
+    }
+
     fn of_all(pilots: &[&Pilot], range: Option<&Range>) -> Option<Self> {
         let (first, _) = *pilots.first()?;
         let (width, height) = (first.width, first.height);
@@ -233,9 +241,10 @@ impl Background {
         }
     }
 
-    /// Whether a pixel has had the object's colour in nearly all images, the object elsewhere.
+    /// Whether a pixel has had the object's colour in nearly all images, the object elsewhere; false outside.
     pub(crate) fn is_coloured(&self, column: usize, row: usize) -> bool {
-        self.is_coloured[row * self.image.width + column]
+        let is_in = column < self.image.width && row < self.image.height;
+        is_in && self.is_coloured[row * self.image.width + column]
     }
 }
 

@@ -16,7 +16,7 @@ use crate::height::Profiles;
 use crate::learned::Learned;
 use crate::message::is_video;
 use crate::tracker::Looked;
-use crate::{Decoder, Image, ImageMessage, Tracker};
+use crate::{Decoder, Image, ImageMessage, Reason, Tracker};
 
 /// How well a log's own images tell that, at the best.
 const LEAST_LARGER: f64 = 0.08;
@@ -24,6 +24,10 @@ const LEAST_LARGER: f64 = 0.08;
 const PILOTS: usize = 20;
 const MOST_PIXEL_BYTES: usize = 44 << 20;
 const MOST_MESSAGE_BYTES: usize = 32 << 20;
+/// A table that is seen elsewhere by so many px in another image has moved, or its light has; an object that moved by less than this share of it
+/// stayed, and one that is so near to it moved with it.
+const MOVED: f64 = 0.7;
+const STAYS: f64 = 0.4;
 /// The object's picture with its shadow reaches so far beyond its outline, of its size.
 const AROUND: f64 = 0.5;
 
@@ -91,7 +95,7 @@ impl Learned {
         let images: Vec<Image> = images.collect();
         let look = |image: &Image, learned: &Self| tracker.study(image, learned);
         let mut learned = Self::default();
-        let first: Vec<Looked> = images
+        let mut first: Vec<Looked> = images
             .par_iter()
             .map(|image| look(image, &learned))
             .collect();
@@ -101,22 +105,38 @@ impl Learned {
                 .filter(|looked| looked.observation.centre.is_ok());
             found.cloned().collect()
         };
-        let outlines = first
-            .iter()
-            .map(|looked| bounds(&looked.observation.outline));
-        let pilots: Vec<Pilot> = images.into_iter().zip(outlines).collect();
+        let parts: Vec<_> = first.iter().map(hidden).collect();
+        let mut pilots: Vec<Pilot> = images.into_iter().zip(parts).collect();
+        let all = |pilots: &[Pilot], learned: &Self| -> Vec<Looked> {
+            let looked = pilots.par_iter().map(|(image, _)| look(image, learned));
+            looked.collect()
+        };
         learned.background = tracker.background(&pilots);
+        if found(&first).len() < FEWEST_PILOTS {
+            // What always lies there is known by now: it is no other object.
+            first = all(&pilots, &learned);
+            for ((_, part), looked) in pilots.iter_mut().zip(&first) {
+                *part = hidden(looked);
+            }
+            learned.background = tracker.background(&pilots);
+        }
         // How bright its pixels show the side, and then what the edges say of it, with the table known.
         let sums = found(&first)
             .iter()
             .fold(SideSums::default(), |sums, looked| sums.plus(&looked.side));
         let Side(mut side) = sums.fit();
         learned.side = Some(Side(side));
-        let all = |learned: &Self| -> Vec<Looked> {
-            let looked = pilots.par_iter().map(|(image, _)| look(image, learned));
-            looked.collect()
-        };
-        let again = found(&all(&learned));
+        let mut again = all(&pilots, &learned);
+        let observations = again.iter().map(|looked| &looked.observation);
+        let seen = observations.filter(|seen| seen.centre.is_ok());
+        let seen: Vec<Seen> = seen
+            .filter_map(|seen| Some((seen.pixel?, seen.shift)))
+            .collect();
+        if is_light(&seen) {
+            learned.background = tracker.background_at_rest(&pilots);
+            again = all(&pilots, &learned);
+        }
+        let again = found(&again);
         if again.len() < FEWEST_PILOTS {
             learned.side = None;
             return learned;
@@ -135,7 +155,7 @@ impl Learned {
         let deviation = 0.5 * (at(0.75) - at(0.25)) / 0.6745;
         learned.larger = [at(0.5), deviation.max(LEAST_LARGER)];
         // With all of that known, each tells how well its centre is.
-        let last = all(&learned);
+        let last = all(&pilots, &learned);
         let seen = pilots.iter().zip(&last);
         let profiles = seen.filter_map(|((image, _), looked)| {
             tracker.profiles(image, &looked.observation, &learned)
@@ -152,8 +172,41 @@ impl Learned {
     }
 }
 
-/// The part of an image (`[[x, y], [x, y]]`, px) that an object with this outline and its shadow take.
-fn bounds(outline: &[[f64; 2]]) -> [[f64; 2]; 2] {
+/// Where the object is seen, and how far the table from where it was, in px.
+type Seen = ([f64; 2], [f64; 2]);
+
+/// Whether it is light that moves over the table, in these images of a log, and not the camera: where the table is seen elsewhere, an object
+/// that rests must be seen elsewhere with it.
+fn is_light(seen: &[Seen]) -> bool {
+    let (mut with_it, mut alone) = (0, 0);
+    for (index, before) in seen.iter().enumerate() {
+        for behind in &seen[index + 1..] {
+            let moved = |of: fn(&Seen) -> [f64; 2]| {
+                let (before, behind) = (of(before), of(behind));
+                [0, 1].map(|i| behind[i] - before[i])
+            };
+            let (object, table) = (moved(|seen| seen.0), moved(|seen| seen.1));
+            let far = table[0].hypot(table[1]);
+            if far < MOVED {
+                continue;
+            }
+            if (object[0] - table[0]).hypot(object[1] - table[1]) < STAYS * far {
+                with_it += 1;
+            } else if object[0].hypot(object[1]) < STAYS * far {
+                alone += 1;
+            }
+        }
+    }
+    alone > 1 && alone > with_it
+}
+
+/// The part of an image (`[[x, y], [x, y]]`, px) that the object found there and its shadow take: none where it may be one of two.
+fn hidden(looked: &Looked) -> [[f64; 2]; 2] {
+    let seen = &looked.observation;
+    let outline = match seen.centre {
+        Err(Reason::TwoObjects) => &[],
+        _ => seen.outline.as_slice(),
+    };
     let nowhere = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     let [low, high] = outline.iter().fold(nowhere, |[low, high], at| {
         [
@@ -181,4 +234,21 @@ fn decoded(kept: &Kept) -> Option<Image> {
     let mut decoder = Decoder::default();
     decoder.decode(&message).ok()?;
     Some(decoder.into_image())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_over_a_table_without_the_object_on_it_is_light() {
+        let stays = [300.0, 200.0];
+        let light = [0.0, 1.5, 3.0].map(|far| (stays, [far, 0.0]));
+        assert!(is_light(&light));
+        let push = [0.0, 1.5, 3.0].map(|far| ([stays[0] + far, stays[1]], [far, 0.0]));
+        assert!(!is_light(&push));
+        // An object that was struck in between tells nothing.
+        let struck = [0.0, 40.0, 90.0].map(|far| ([stays[0] + far, stays[1]], [0.05 * far, 0.0]));
+        assert!(!is_light(&struck));
+    }
 }

@@ -40,6 +40,8 @@ const STEPS: usize = 8;
 const DONE: f64 = 0.03;
 const NEAR: f32 = 0.25;
 const LEAST_SCATTER: f32 = 0.3;
+/// Where spots scatter by so much (of 255) from image to image, a lamp flickers in bands, and nothing shows a movement.
+const MOST_NOISE: f32 = 8.0;
 /// What scatter is at the most where a fit begins, of that which is seen there.
 const FIRST_SCALE: f32 = 2.0;
 /// Tukey's constant; a deviation of a normal distribution, of the median of its absolute values.
@@ -78,7 +80,7 @@ impl Spots {
         spots
     }
 
-    /// Whether a movement would be seen: there are enough spots, in three quarters of the image at the least. Those of an arm lie in two.
+    /// Whether a movement would be seen: the light is steady, and there are enough spots, in three quarters of the image at the least. Those of an arm lie in two.
     pub(crate) fn shows_movement(&self) -> bool {
         let mut quarters = [0; 4];
         for spot in &self.all {
@@ -86,7 +88,13 @@ impl Spots {
             quarters[right + 2 * usize::from(2 * spot.row > self.size[1])] += 1;
         }
         quarters.sort_unstable();
-        self.all.len() >= FEWEST_SPOTS && quarters[1] >= FEWEST_IN_QUARTER
+        let is_steady = self.noise < MOST_NOISE;
+        is_steady && self.all.len() >= FEWEST_SPOTS && quarters[1] >= FEWEST_IN_QUARTER
+    }
+
+    /// Shows no movement any more.
+    pub(crate) fn forget(&mut self) {
+        self.all.clear();
     }
 
     pub(crate) fn still(&self) -> Flow {

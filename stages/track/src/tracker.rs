@@ -95,6 +95,10 @@ const MOST_AREA: f64 = 2.0;
 const LIKE_IT: f64 = 0.4;
 /// The object's colour that fills so much of an outline and ends there may be the object.
 const MAY_BE: f64 = 0.4;
+/// Where more than this share of what is found has always had the object's colour, it is what has always lain there.
+const MOST_ALWAYS: f64 = 0.85;
+/// A part of the object fills this share of its outline at the least: a cable of its colour fills less wherever it is laid.
+const LIKE_IT_FILLED: f64 = 0.25;
 /// Yaws (rad) from which a box is fitted where one along the table's axes does not do.
 const YAWS: [f64; 5] = [
     FRAC_PI_6 / 2.0,
@@ -157,6 +161,11 @@ impl Tracker {
     /// The table without the object, as these images show it.
     pub(crate) fn background(&self, pilots: &[Pilot]) -> Option<Background> {
         Background::of(pilots, self.range.as_ref())
+    }
+
+    /// The same where it is known that the camera does not move.
+    pub(crate) fn background_at_rest(&self, pilots: &[Pilot]) -> Option<Background> {
+        Background::at_rest(pilots, self.range.as_ref())
     }
 
     /// Finds the object in an image of a log that taught something: by its marker, where that is read, else by its outline.
@@ -309,7 +318,8 @@ impl Tracker {
         })
     }
 
-    /// All that may be the object is fitted: it is what has its shape. Where nothing has, the reason is the largest's.
+    /// What has the object's colour, but for what always had it. Where there is nothing, glare may hide its colour, or it stands on a mark
+    /// of its colour: what is found there is the object if not nearly all of it has always been there.
     fn likeliest(
         &self,
         image: &Image,
@@ -317,14 +327,33 @@ impl Tracker {
         learned: &Learned,
         aligned: &Aligned,
     ) -> Looked {
+        let background = learned.background.as_ref();
+        let of = |background, may_glare| {
+            let candidates = self.candidates(image, range, background, aligned, may_glare);
+            self.likeliest_of(candidates, image, range, learned, aligned)
+        };
+        of(background, false)
+            .or_else(|| of(background, true).filter(is_found))
+            .or_else(|| {
+                let known = background?;
+                let on_mark = of(None, false).filter(is_found)?;
+                (!self.was_there(&on_mark, known, aligned)).then_some(on_mark)
+            })
+            .unwrap_or_else(|| Looked::none(Reason::NoObject))
+    }
+
+    /// All that may be the object is fitted: it is what has its shape. Where nothing has, the reason is the largest's.
+    fn likeliest_of(
+        &self,
+        candidates: Vec<(Blob, Pose)>,
+        image: &Image,
+        range: &Range,
+        learned: &Learned,
+        aligned: &Aligned,
+    ) -> Option<Looked> {
         let mut best: Option<Looked> = None;
         // Blobs as large as the object that were not found to be it: one of them may be, and what was found another.
         let mut like_it = 0;
-        let mut candidates = self.candidates(image, range, learned, aligned, false);
-        let is_glared = candidates.is_empty();
-        if is_glared {
-            candidates = self.candidates(image, range, learned, aligned, true);
-        }
         for (blob, pose) in candidates {
             let area = self.area(pose);
             let scene = Scene {
@@ -345,10 +374,14 @@ impl Tracker {
             let mut found = self.fit(&scene, pose, reach);
             if is_large && is_found(&found) && self.is_another_beside(&scene, pose, reach, &found) {
                 found.observation.centre = Err(Reason::TwoObjects);
-                return found;
+                return Some(found);
             }
             let is_object = found.observation.centre.is_ok();
-            if !is_object && (LIKE_IT * area..MOST_AREA * area).contains(&blob.area) {
+            let is_as_large = (LIKE_IT * area..MOST_AREA * area).contains(&blob.area);
+            if !is_object
+                && is_as_large
+                && self.is_filled(&scene, pose, blob.reach, None, LIKE_IT_FILLED)
+            {
                 like_it += 1;
             }
             match &mut best {
@@ -356,7 +389,7 @@ impl Tracker {
                     // Print may part one object's colour into two blobs.
                     if self.are_apart(&best.observation, &found.observation) {
                         best.observation.centre = Err(Reason::TwoObjects);
-                        return best.clone();
+                        return Some(best.clone());
                     }
                 }
                 Some(best) if best.observation.centre.is_ok() => {}
@@ -365,12 +398,35 @@ impl Tracker {
                 None => best = Some(found),
             }
         }
-        let best = best.filter(|best| !is_glared || is_found(best));
-        let mut best = best.unwrap_or_else(|| Looked::none(Reason::NoObject));
+        let mut best = best?;
         if best.observation.centre.is_ok() && like_it > 0 {
             best.observation.centre = Err(Reason::TwoObjects);
         }
-        best
+        Some(best)
+    }
+
+    /// Whether nearly all of what was found has always had the object's colour.
+    fn was_there(&self, found: &Looked, background: &Background, aligned: &Aligned) -> bool {
+        let seen = &found.observation;
+        let (Ok(at), Some(pixel)) = (seen.centre, seen.pixel) else {
+            return false;
+        };
+        let (x, y, yaw) = (at.x, at.y, seen.yaw);
+        let camera = self.camera_near(aligned, pixel);
+        let Some(outline) = Outline::seen(&camera, &self.solid, Pose { x, y, yaw }) else {
+            return false;
+        };
+        let [low, high] = outline
+            .bounds()
+            .map(|end| end.map(|at| at.max(0.0) as usize));
+        let rows = (low[1]..=high[1]).flat_map(|y| (low[0]..=high[0]).map(move |x| (x, y)));
+        let within = rows.filter(|(x, y)| outline.holds([*x as f64, *y as f64]));
+        let (mut always, mut all) = (0, 0);
+        for (x, y) in within {
+            all += 1;
+            always += usize::from(background.is_coloured(x, y));
+        }
+        always as f64 > MOST_ALWAYS * f64::from(all)
     }
 
     /// Whether something of the object's colour and shape lies beside what was found in one blob.
@@ -397,9 +453,21 @@ impl Tracker {
         let Some(outline) = Outline::seen(scene.camera, scene.solid, pose) else {
             return false;
         };
+        self.is_filled(scene, start, reach, Some(&outline), MAY_BE)
+    }
+
+    /// Whether the object's colour fills so much of an outline within `reach` px and ends there: what lies within another outline does not.
+    fn is_filled(
+        &self,
+        scene: &Scene<'_>,
+        start: Pose,
+        reach: [f64; 2],
+        other: Option<&Outline>,
+        least: f64,
+    ) -> bool {
         self.turns().chain([0.0]).any(|yaw| {
-            let other = nearby(scene, Pose { yaw, ..start }, reach, Some(&outline));
-            other.is_some_and(|(_, share)| share > MAY_BE)
+            let near = nearby(scene, Pose { yaw, ..start }, reach, other);
+            near.is_some_and(|(_, share)| share > least)
         })
     }
 
@@ -423,13 +491,12 @@ impl Tracker {
         &self,
         image: &Image,
         range: &Range,
-        learned: &Learned,
+        background: Option<&Background>,
         aligned: &Aligned,
         may_glare: bool,
     ) -> Vec<(Blob, Pose)> {
         let stride = self.stride();
         let (mut on, mut beside) = (Vec::new(), None);
-        let background = learned.background.as_ref();
         let is_object = |rgb| range.contains(rgb, image.grey) || (may_glare && is_glare(rgb));
         for blob in blobs(image, is_object, stride, background) {
             let camera = self.camera_near(aligned, blob.centre);
