@@ -96,7 +96,7 @@ pub(crate) fn summary(
 ) -> String {
     match verdict {
         Verdict::Consistent if p_value.is_real() => format!(
-            "no gap at rest: tracks differ from the world's beyond noise ({}), but that moves stops by less than they scatter",
+            "no gap at rest: tracks differ from the world's beyond noise ({}), but nothing by command or place moves stops by more than they scatter",
             self::p_value(p_value)
         ),
         Verdict::Consistent if p_value.is_real_as_drawn() => format!(
