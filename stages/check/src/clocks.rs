@@ -5,7 +5,7 @@ use values::{Reject, RejectReason, Rig};
 use crate::finding::{Delay, Finding, LogRead};
 use crate::pairs::{self, FEWEST, Pair, Pairs};
 use crate::parts;
-use crate::statistics::{self, median};
+use crate::statistics::{self, median, median_error, median_spread};
 
 /// Least drift of clocks over a log that is told: in s, and in standard errors.
 const DRIFT: f64 = 0.1;
@@ -103,8 +103,7 @@ pub(crate) fn state_clocks(rig: &Rig, logs: &[LogRead<'_>], paired: &[Pairs]) ->
             false => log.seen.behind.clone(),
         };
         let strikes = lags.len();
-        let behind = median(lags.iter().copied())?;
-        let spread = 1.4826 * median(lags.iter().map(|lag| (lag - behind).abs()))?;
+        let (behind, spread) = median_spread(&lags)?;
         let to_motion = median(of.pairs.iter().map(|pair| pair.lag))?;
         let is_early = behind < -LATE && touched >= 0.0;
         // An arm that lags farther than the touches are off may as well be seen by a camera that is early.
@@ -173,9 +172,9 @@ pub(crate) fn encoder_to_camera(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Delay
             strikes,
         });
     }
-    let middle = median(touches.iter().map(|touch| touch.1))?;
-    let spread = 1.4826 * median(touches.iter().map(|touch| (touch.1 - middle).abs()))?;
-    let by_chance = 1.2533 * spread / (strikes as f64).sqrt();
+    let delays: Vec<f64> = touches.iter().map(|touch| touch.1).collect();
+    let (middle, spread) = median_spread(&delays)?;
+    let by_chance = median_error(spread, strikes);
     let a_metre = median(touches.iter().map(|touch| touch.0))?;
     let by_corners = 0.25 * (solid.reach() - solid.narrowest()) * a_metre;
     Some(Delay {

@@ -32,8 +32,8 @@ use values::{CommandFrame, Reject, RejectReason, Rig, Solid};
 
 use crate::pairs::{FEWEST, Pair, Pairs, WEAKEST};
 use crate::parts::{MOVED, MOVED_ERRORS};
-use crate::statistics::median;
 pub use crate::statistics::wrapped;
+use crate::statistics::{median, median_error, median_spread};
 
 /// Share of the speed of the robot's slowest strike below which a command is no strike.
 const SLOWER: f64 = 0.5;
@@ -427,8 +427,7 @@ fn delivers(logs: &[LogRead<'_>]) -> Option<Finding> {
     let of = |logs: &[LogRead<'_>], log: Option<&str>| {
         let meetings = logs.iter().flat_map(|log| &log.seen.meetings);
         let shares: Vec<f64> = meetings.filter_map(|m| m.delivered).collect();
-        let share = median(shares.iter().copied())?;
-        let spread = 1.4826 * median(shares.iter().map(|one| (one - share).abs()))?;
+        let (share, spread) = median_spread(&shares)?;
         let is_told = !SHARES.contains(&share) && spread < ONE * share;
         (is_told && shares.len() >= FEWEST).then(|| Finding::Delivers {
             log: log.map(str::to_owned),
@@ -489,10 +488,8 @@ fn swelling(logs: &[LogRead<'_>]) -> Option<Finding> {
     const FEWEST: usize = 10;
     let of_all = |values: &dyn Fn(&LogRead<'_>) -> Vec<f64>| {
         let all: Vec<f64> = logs.iter().flat_map(values).collect();
-        let middle = median(all.iter().copied())?;
-        let spread = 1.4826 * median(all.iter().map(|one| (one - middle).abs()))?;
-        let error = 1.2533 * spread / (all.len() as f64).sqrt();
-        Some((all.len(), middle, error))
+        let (middle, spread) = median_spread(&all)?;
+        Some((all.len(), middle, median_error(spread, all.len())))
     };
     let (strikes, smeared, error) = of_all(&|log| log.seen.smeared.clone())?;
     let seconds = (2.0 * smeared.max(0.0)).sqrt();
@@ -548,11 +545,7 @@ fn sessions(logs: &[LogRead<'_>], paired: &[Pairs], known: &[Finding]) -> Vec<Fi
             .map(|p| turn(p) - by_angle * p.command.angle);
         let turns: Vec<f64> = turns.collect();
         let (middle, spread) = statistics::middle(&turns).filter(|_| turns.len() >= FEWEST)?;
-        Some((
-            middle,
-            1.2533 * spread / (turns.len() as f64).sqrt(),
-            turns.len(),
-        ))
+        Some((middle, median_error(spread, turns.len()), turns.len()))
     });
     let turns: Vec<Option<(f64, f64, usize)>> = turns.collect();
     let all: Vec<f64> = turns.iter().flatten().map(|turn| turn.0).collect();
@@ -617,9 +610,8 @@ fn session_speeds(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     let each = logs.iter().zip(beside);
     each.filter_map(|(log, beside)| {
         let strikes = beside.len();
-        let middle = median(beside.iter().copied())?;
-        let spread = 1.4826 * median(beside.iter().map(|one| (one - middle).abs()))?;
-        let error = 1.2533 * spread / (strikes as f64).sqrt();
+        let (middle, spread) = median_spread(&beside)?;
+        let error = median_error(spread, strikes);
         let is_told = middle.abs() > TOLD.ln().max(ERRORS * error);
         let certain = middle.abs() > TIMES.ln();
         (strikes >= FEWEST && (is_told || certain)).then(|| Finding::SessionSpeed {

@@ -12,6 +12,18 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     )
 }
 
+/// Median of values, and the standard deviation about it, by the median of deviations.
+pub fn median_spread(values: &[f64]) -> Option<(f64, f64)> {
+    let middle = median(values.iter().copied())?;
+    let spread = 1.4826 * median(values.iter().map(|one| (one - middle).abs()))?;
+    Some((middle, spread))
+}
+
+/// Standard error of the median of so many normal values of this standard deviation.
+pub fn median_error(spread: f64, count: usize) -> f64 {
+    1.2533 * spread / (count as f64).sqrt()
+}
+
 /// An angle within ±π.
 pub fn wrapped(angle: f64) -> f64 {
     (angle + PI).rem_euclid(TAU) - PI

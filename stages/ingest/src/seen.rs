@@ -58,7 +58,7 @@ pub struct Seen {
     /// Half the variance, in s², of the times over which an object's places seem to be smeared as it begins to move, one a strike.
     #[serde(default)]
     pub smeared: Vec<f64>,
-    /// Ratio of an object's speed half a tenth of a second after it began to move to that between its first frames, one a strike.
+    /// Ratio of an object's speed a twentieth of a second after it began to move to that between its first frames, one a strike.
     #[serde(default)]
     pub risen: Vec<f64>,
     /// Slides that no strike began.
