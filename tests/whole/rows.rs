@@ -10,7 +10,7 @@ use world::{AddedEffect, World};
 #[test]
 fn a_path_on_which_nothing_rests_is_a_row_and_the_others_are_solved() {
     let rig = Rig::demo(Shape::Cylinder);
-    let mut world = World::nominal(&rig).with("friction", 0.25);
+    let mut world = World::nominal().with("friction", 0.25);
     let parameters = [("curvature", -0.3), ("center_x", 0.25), ("center_y", 0.0)];
     let dome = AddedEffect::fixed("table_bowl", &parameters);
     world.effects.push(dome);

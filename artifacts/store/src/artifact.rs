@@ -48,7 +48,7 @@ impl Artifact {
     pub fn model(&self, model: Model) -> Option<(World, Option<&ResidualModel>)> {
         let with_residual = |calibrated: &'_ Calibrated| calibrated.residual.is_some();
         match model {
-            Model::Nominal => Some((World::nominal(&self.rig), None)),
+            Model::Nominal => Some((World::nominal(), None)),
             Model::Sysid => Some((self.sysid.world.clone(), None)),
             Model::Effect => self
                 .effect

@@ -369,7 +369,7 @@ mod tests {
     #[test]
     fn a_model_loads_from_its_binary_as_it_was_compiled() {
         let rig = Rig::demo(Shape::Cylinder);
-        let world = World::nominal(&rig).with("friction", 0.21);
+        let world = World::nominal().with("friction", 0.21);
         let scene = Scene::compile(&mjcf(&rig, &world).expect("valid"), 1.0).expect("compiles");
         let loaded = MjModel::from_buffer(&scene.to_mjb()).expect("loads");
         assert_eq!(loaded.pair_friction(), scene.0.pair_friction());

@@ -6,7 +6,6 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize};
-use values::Rig;
 
 use crate::{
     Estimate, PARAMETERS, Shift, WorldError,
@@ -59,7 +58,7 @@ pub struct Scatter {
 
 impl World {
     /// The world before anything is measured: every parameter nominal, no effect.
-    pub fn nominal(_rig: &Rig) -> Self {
+    pub fn nominal() -> Self {
         Self {
             parameters: BTreeMap::new(),
             scatter: Scatter::default(),
@@ -236,7 +235,7 @@ mod tests {
 
     #[test]
     fn a_world_reads_back_as_it_was_written() {
-        let mut world = World::nominal(&Rig::demo(values::Shape::Cylinder)).with("friction", 0.21);
+        let mut world = World::nominal().with("friction", 0.21);
         world.parameters.insert(
             "restitution".into(),
             Estimate::with_interval(0.4, 0.39, 0.41),
@@ -250,7 +249,7 @@ mod tests {
     #[test]
     fn a_session_that_is_left_out_has_the_mean_of_the_others() {
         let effect = |name: &str| AddedEffect::fixed(name, &[("a", 0.3), ("b", 0.1), ("c", -0.1)]);
-        let mut world = World::nominal(&Rig::demo(values::Shape::Cylinder));
+        let mut world = World::nominal();
         world.effects = vec![
             effect("friction_by_session"),
             effect("striker_angle_by_session"),

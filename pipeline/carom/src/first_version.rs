@@ -82,7 +82,7 @@ pub fn judge(
     let held_out: Vec<&Strike> = latest(held_out);
     let judges: Vec<HeldOut> = held_out.iter().copied().map(HeldOut::from).collect();
     let rig = &candidate.model.rig;
-    let by_nominal = stop_errors(run, &Model::of_world(rig, &World::nominal(rig)), &judges)?;
+    let by_nominal = stop_errors(run, &Model::of_world(rig, &World::nominal()), &judges)?;
     let by_model = stop_errors(run, &candidate.model, &judges)?;
     let plain = Plain::of(strikes.iter().filter(|s| s.split == Split::Train));
     let mut misses: Vec<[f64; 4]> = Vec::new();

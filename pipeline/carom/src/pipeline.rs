@@ -175,7 +175,7 @@ fn identify(run: &Run, rig: &Rig, strikes: &[Strike], slides: &[Strike]) -> Resu
     let learnt_from = |strike: &&Strike| strike.split == Split::Train && strike.track.len() >= 4;
     let input = sysid::Input {
         rig: rig.clone(),
-        world: World::nominal(rig),
+        world: World::nominal(),
         strikes: strikes
             .iter()
             .filter(learnt_from)
@@ -279,7 +279,7 @@ fn family(worlds: &Worlds) -> String {
 fn models(rig: &Rig, worlds: &Worlds) -> Vec<Candidate> {
     let mut models = vec![Candidate {
         name: store::Model::Nominal.to_string(),
-        model: Model::of_world(rig, &World::nominal(rig)),
+        model: Model::of_world(rig, &World::nominal()),
     }];
     for (name, of_world) in worlds.each() {
         models.push(Candidate {

@@ -277,7 +277,7 @@ pub mod testing {
     pub fn diagnosed(found: Option<Diagnosed>) -> Results {
         let rig = Rig::demo(Shape::Cylinder);
         let fit = Fit {
-            world: World::nominal(&rig),
+            world: World::nominal(),
             freed: Vec::new(),
             strikes: 0,
             rms_before: 0.0,

@@ -27,7 +27,7 @@ pub struct CommandPlanner {
 impl CommandPlanner {
     /// Plans in the nominal world, before anything is measured.
     pub fn nominal(rig: &Rig) -> Result<Self, PlannerError> {
-        Self::in_world(NO_VERSION, Model::Nominal, rig, &World::nominal(rig))
+        Self::in_world(NO_VERSION, Model::Nominal, rig, &World::nominal())
     }
 
     /// Plans in the world of a version's best model, within the limits of a robot's own rig file, which must pass [`crate::identity::check`].
@@ -36,7 +36,7 @@ impl CommandPlanner {
         // The world predicts the stop; a residual corrects commands for targets.
         let world = artifact
             .model(best)
-            .map_or_else(|| World::nominal(rig), |(world, _)| world);
+            .map_or_else(|| World::nominal(), |(world, _)| world);
         Self::in_world(&artifact.version, best, rig, &world)
     }
 

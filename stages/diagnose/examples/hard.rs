@@ -144,7 +144,7 @@ fn main() {
                 let begun = std::time::Instant::now();
                 let identify = sysid::Input {
                     rig: rig.clone(),
-                    world: World::nominal(&rig),
+                    world: World::nominal(),
                     strikes: strikes.clone(),
                 };
                 let world = match sysid::Sysid::default().run(&identify, &Progress::hidden()) {

@@ -482,7 +482,7 @@ mod tests {
     fn derivatives_are_those_of_whole_slides() {
         for shape in [Shape::Cylinder, Shape::Box] {
             let rig = Rig::demo(shape);
-            let world = World::nominal(&rig);
+            let world = World::nominal();
             let strikes: Vec<Strike> = (0..4).map(strike).collect();
             let launches = launched(&rig, &world, &strikes);
             let thresholds = Thresholds::default();
@@ -532,7 +532,7 @@ mod tests {
     #[test]
     fn a_table_without_friction_has_derivatives() {
         let rig = Rig::demo(Shape::Cylinder);
-        let world = World::nominal(&rig).with("friction", 0.0);
+        let world = World::nominal().with("friction", 0.0);
         let met = |i| {
             let mut strike = strike(i);
             strike.track.end = End::Contact;

@@ -66,7 +66,7 @@ mod tests {
             half_size: [half; 3],
         };
         rig.striker.radius = radius;
-        let world = World::nominal(&rig);
+        let world = World::nominal();
         let command = Command { speed: 0.8, angle };
         let conditions = Conditions::default();
         let impact = Impact::of(&[], 0.4, command, &conditions);

@@ -19,7 +19,7 @@ fn diagnosis(hidden: &str, log_state: bool) -> Diagnosed {
     let (strikes, _) = assemble(written.logs.iter().map(|log| read(log)).collect());
     let identify = sysid::Input {
         rig: rig.clone(),
-        world: World::nominal(&rig),
+        world: World::nominal(),
         strikes: strikes.clone(),
     };
     let fit = sysid::Sysid::default()

@@ -25,7 +25,7 @@ fn input_of(shape: Shape, hidden: &str, strikes: usize, seed: u64) -> Input {
         .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read"))
         .collect();
     let (strikes, _) = assemble(outcomes);
-    let world = World::nominal(&rig)
+    let world = World::nominal()
         .with("friction", 0.2)
         .with("restitution", 0.45);
     Input {

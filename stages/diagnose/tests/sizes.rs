@@ -18,7 +18,7 @@ fn diagnosed(hidden: &str, half_side: f64, radius: f64, seed: u64) -> Diagnosis 
     rig.striker.radius *= radius;
     let read = |log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read");
     let (strikes, _) = assemble(written.logs.iter().map(|log| read(log)).collect());
-    let world = World::nominal(&rig);
+    let world = World::nominal();
     let world = world.with("friction", 0.2).with("restitution", 0.45);
     let input = Input {
         rig,

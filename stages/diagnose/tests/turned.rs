@@ -24,7 +24,7 @@ fn strikes(noise: &str) -> (Rig, Vec<Strike>) {
 fn found(rig: &Rig, strikes: Vec<Strike>) -> (Scatter, Diagnosed) {
     let identify = sysid::Input {
         rig: rig.clone(),
-        world: World::nominal(rig),
+        world: World::nominal(),
         strikes: strikes.clone(),
     };
     let fit = sysid::Sysid::default()

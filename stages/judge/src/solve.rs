@@ -158,7 +158,7 @@ mod tests {
 
     fn model() -> Model {
         let rig = Rig::demo(Shape::Cylinder);
-        let world = World::nominal(&rig).with("friction", 0.25);
+        let world = World::nominal().with("friction", 0.25);
         Model::of_world(&rig, &world)
     }
 
@@ -246,7 +246,7 @@ mod tests {
     /// A strike of the world without effects, whose arm delivers `delivered` when commanded `command`.
     fn struck(command: Command, delivered: Command) -> Path {
         let rig = Rig::demo(Shape::Cylinder);
-        let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+        let simulator = Simulator::new(&rig, &World::nominal()).expect("valid");
         let (initial, conditions) = (Point::new(0.3, 0.0), Conditions::default());
         let stop = simulator
             .worker()
@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn it_is_what_the_arm_delivered_beside_the_command() {
         let strike = struck(command(0.7, 0.1), command(0.7 * 0.9, 0.13));
-        let world = World::nominal(&Rig::demo(Shape::Cylinder));
+        let world = World::nominal();
         let residual = residual_of(world, &strike);
         assert!((residual.speed - 0.9f64.ln()).abs() < 2e-3, "{residual:?}");
         assert!((residual.angle - 0.03).abs() < 2e-3, "{residual:?}");
@@ -285,7 +285,7 @@ mod tests {
     #[test]
     fn a_strike_a_little_beyond_every_launch_is_the_nearest_one_if_repeats_scatter_so() {
         let rig = Rig::demo(Shape::Box);
-        let mut world = World::nominal(&rig).with("tip_friction", 0.3);
+        let mut world = World::nominal().with("tip_friction", 0.3);
         let initial = Point::new(0.3, 0.0);
         // A tip of that friction sends a box 0.29 rad aside at the most.
         let item = |bearing: f64| Path {
@@ -318,7 +318,7 @@ mod tests {
 
     #[test]
     fn what_an_effect_explains_is_no_residual_even_beyond_a_cap() {
-        let mut world = World::nominal(&Rig::demo(Shape::Cylinder));
+        let mut world = World::nominal();
         world
             .effects
             .push(AddedEffect::fixed("striker_speed_error", &[("cap", 0.6)]));

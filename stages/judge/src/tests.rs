@@ -78,7 +78,7 @@ fn planned(rig: &Rig, world: &World) -> Vec<Strike> {
 fn predicting_a_planned_command_gives_the_path_it_was_planned_for() {
     for shape in [Shape::Cylinder, Shape::Box] {
         let rig = Rig::demo(shape);
-        let world = World::nominal(&rig);
+        let world = World::nominal();
         let strikes = planned(&rig, &world);
         let simulator = Simulator::new(&rig, &world).expect("a world");
         let mut worker = simulator.worker();
@@ -115,7 +115,7 @@ fn run() -> (tempfile::TempDir, Run) {
 /// Three models on strikes, with so many threads.
 fn evaluated(threads: usize, judges: impl Fn(&Strike) -> bool) -> Evaluation {
     let rig = Rig::demo(Shape::Cylinder);
-    let world = World::nominal(&rig);
+    let world = World::nominal();
     let candidate = |name: &str, world: &World, residual: Option<Networks>| Candidate {
         name: name.into(),
         model: Model {
@@ -193,7 +193,7 @@ fn the_same_bytes_with_one_thread_and_with_two() {
 #[test]
 fn a_session_that_is_held_out_is_predicted_with_the_mean_of_the_others() {
     let rig = Rig::demo(Shape::Cylinder);
-    let mut world = World::nominal(&rig);
+    let mut world = World::nominal();
     world.effects.push(AddedEffect::fixed(
         "friction_by_session",
         &[("a", 0.2), ("b", -0.2), ("c", 0.0)],

@@ -233,7 +233,7 @@ mod tests {
                 .map(|i| strike(furthest * f64::from(i - 25) / 25.0))
                 .collect();
             let strikes: Vec<&Strike> = strikes.iter().collect();
-            let world = hold(&rig, World::nominal(&rig), &strikes, &[]);
+            let world = hold(&rig, World::nominal(), &strikes, &[]);
             world.value(HOLDS).expect("known")
         };
         let nominal = parameter(HOLDS).expect("known").nominal;

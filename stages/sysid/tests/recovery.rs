@@ -72,7 +72,7 @@ fn strikes(rig: &Rig, world: &World, count: usize, noise: &Noise, seed: u64) -> 
 }
 
 fn truth(rig: &Rig) -> World {
-    World::nominal(rig)
+    World::nominal()
         .with("friction", FRICTION)
         .with("restitution", RESTITUTION)
 }
@@ -111,7 +111,7 @@ fn clean_strikes_give_friction_and_launch_within_one_per_cent_from_any_start() {
     let rig = Rig::demo(Shape::Cylinder);
     let data = strikes(&rig, &truth(&rig), 50, &CLEAN, 1);
     for (friction, restitution) in [(0.6, 0.1), (0.1, 0.9), (0.3, 0.5)] {
-        let start = World::nominal(&rig)
+        let start = World::nominal()
             .with("friction", friction)
             .with("restitution", restitution);
         let fit = identify(&rig, start, data.clone(), BOTH);
@@ -129,7 +129,7 @@ fn launch_scatter_and_camera_noise_are_told_apart() {
     let rig = Rig::demo(Shape::Cylinder);
     let fit = identify(
         &rig,
-        World::nominal(&rig),
+        World::nominal(),
         strikes(&rig, &truth(&rig), 80, &REALISTIC, 3),
         &[],
     );
@@ -195,7 +195,7 @@ fn a_box_reveals_the_friction_of_the_tip() {
         let world = truth(&rig).with("tip_friction", friction);
         let fit = identify(
             &rig,
-            World::nominal(&rig),
+            World::nominal(),
             strikes(&rig, &world, 50, &REALISTIC, seed),
             &[],
         );
@@ -211,7 +211,7 @@ fn a_box_reveals_the_friction_of_the_tip() {
 #[test]
 fn a_tip_that_sticks_is_not_taken_for_one_that_slips() {
     let rig = Rig::demo(Shape::Box);
-    let nominal = World::nominal(&rig);
+    let nominal = World::nominal();
     for seed in 7..10 {
         let world = truth(&rig).with("tip_friction", 0.9);
         let data = strikes(&rig, &world, 40, &REALISTIC, seed);
@@ -229,7 +229,7 @@ fn a_ball_has_its_own_friction_and_restitution() {
     let settings = rig::demo::Settings::new(Shape::Sphere, 40, 11, Some(none));
     let data = written(&settings, folder.path());
     let truth = &settings.truth;
-    let fit = identify(&truth.rig, World::nominal(&truth.rig), data, &[]);
+    let fit = identify(&truth.rig, World::nominal(), data, &[]);
     let radius = truth.rig.object.solid.half_height();
     for (name, real, width) in [
         ("friction", truth.friction, 0.2),
@@ -271,7 +271,7 @@ fn written(settings: &rig::demo::Settings, folder: &std::path::Path) -> Vec<Stri
 #[test]
 fn where_nothing_is_hidden_the_scatter_is_the_rigs_in_a_few_iterations() {
     let (truth, data) = demo(100);
-    let fit = identify(&truth.rig, World::nominal(&truth.rig), data, &[]);
+    let fit = identify(&truth.rig, World::nominal(), data, &[]);
     let (found, real) = (fit.world.scatter, truth.scatter);
     println!(
         "{found:?} for {real:?}, {} iterations, {} simulations",
@@ -289,7 +289,7 @@ fn what_turns_every_strike_alike_is_told_and_is_no_scatter() {
     for strike in &mut data {
         strike.command.angle -= 0.15;
     }
-    let fit = identify(&rig, World::nominal(&rig), data, &[]);
+    let fit = identify(&rig, World::nominal(), data, &[]);
     assert!(
         (fit.world.scatter.angle / REALISTIC.angle - 1.0).abs() < 0.3,
         "{:?}",
@@ -310,7 +310,7 @@ fn the_papers_algorithm_brings_the_stops_together() {
     let data = strikes(&rig, &truth(&rig), 12, &CLEAN, 9);
     let (_, error) = algorithm2(
         &rig,
-        &World::nominal(&rig),
+        &World::nominal(),
         &data,
         &["friction", "restitution"],
         60,
@@ -324,7 +324,7 @@ fn too_few_strikes_are_told() {
     let rig = Rig::demo(Shape::Cylinder);
     let input = Input {
         rig: rig.clone(),
-        world: World::nominal(&rig),
+        world: World::nominal(),
         strikes: strikes(&rig, &truth(&rig), 3, &CLEAN, 1),
     };
     let error = Sysid::default()
@@ -348,7 +348,7 @@ fn friction_that_scatters_widely_biases_neither_friction_nor_launch() {
             strikes(&rig, &world, 1, &noise, 100 + seed / 2)
         })
         .collect();
-    let fit = identify(&rig, World::nominal(&rig), data, &[]);
+    let fit = identify(&rig, World::nominal(), data, &[]);
     let found = |name| fit.world.value(name).expect("freed");
     // A stop is off by half the square of what friction differs by, on average: 0.5 % of the way.
     assert!(
@@ -387,7 +387,7 @@ fn friction_of_another_simulator_is_found_to_two_parts_in_ten_thousand() {
         .iter()
         .map(|log| ingest_log(log, &rig, &Ingest::default()).expect("its log is read"))
         .collect();
-    let fit = identify(&rig, World::nominal(&rig), assemble(outcomes).0, &[]);
+    let fit = identify(&rig, World::nominal(), assemble(outcomes).0, &[]);
     let friction = fit.world.value("friction").expect("freed");
     assert!((friction / 0.15 - 1.0).abs() < 2e-4, "{friction}");
 }
@@ -406,7 +406,7 @@ fn launches_that_scatter_move_restitution_by_their_mean_and_friction_not_at_all(
         .clone()
         .flat_map(|seed| strikes(&rig, &truth(&rig), 1, &noise, seed))
         .collect();
-    let fit = identify(&rig, World::nominal(&rig), data, &[]);
+    let fit = identify(&rig, World::nominal(), data, &[]);
     // The first draw of a seed is its strike's speed.
     let faster: f64 = seeds
         .map(|seed| {
@@ -447,7 +447,7 @@ fn slides_that_no_strike_began_teach_friction_and_nothing_of_the_impact() {
     let struck = strikes(&rig, &truth(&rig), 24, &REALISTIC, 71);
     let slides = pushes(&strikes(&rig, &truth(&rig), 48, &REALISTIC, 72));
     let both = [struck.clone(), slides.clone()].concat();
-    let fit = |strikes| identify(&rig, World::nominal(&rig), strikes, &[]);
+    let fit = |strikes| identify(&rig, World::nominal(), strikes, &[]);
     let interval = |fit: &Fit, name: &str| {
         let estimate = fit.world.parameters[name];
         (

@@ -40,7 +40,7 @@ fn strikes(shape: Shape, count: usize, seed: u64, hide: &str) -> (Rig, Vec<Strik
 fn note(rig: &Rig, strikes: &[Strike]) -> Option<String> {
     let input = Input {
         rig: rig.clone(),
-        world: World::nominal(rig),
+        world: World::nominal(),
         strikes: strikes.to_vec(),
     };
     let sysid = Sysid {
@@ -124,7 +124,7 @@ fn of_a_cylinders_sizes_nothing_is_said() {
 fn only_the_ratio_of_the_two_sizes_counts() {
     let rig = Rig::demo(Shape::Box);
     let stop = |rig: &Rig| {
-        let world = World::nominal(rig);
+        let world = World::nominal();
         let simulator = Simulator::new(rig, &world).expect("a valid world");
         let command = Command {
             speed: 0.7,

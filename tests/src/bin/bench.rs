@@ -106,7 +106,7 @@ fn prepare(dir: &Path, rig: &Rig, logs: &[PathBuf]) -> anyhow::Result<Value> {
     let (strikes, _) = assemble(read);
     let given = sysid::Input {
         rig: rig.clone(),
-        world: World::nominal(rig),
+        world: World::nominal(),
         strikes,
     };
     let world = Sysid::default().run(&given, &Progress::hidden())?.world;
@@ -236,7 +236,7 @@ fn sysid(input: Input, strikes: usize, free: &[String]) -> anyhow::Result<Value>
         most_strikes: strikes,
     };
     let given = sysid::Input {
-        world: World::nominal(&rig),
+        world: World::nominal(),
         rig,
         strikes: input.strikes,
     };

@@ -42,7 +42,7 @@ fn main() -> anyhow::Result<()> {
     let fit = Sysid::default().run(
         &sysid::Input {
             rig: rig.clone(),
-            world: World::nominal(&rig),
+            world: World::nominal(),
             strikes: strikes.clone(),
         },
         &Progress::hidden(),

@@ -80,7 +80,7 @@ pub(super) fn identified(
     strikes: &[Strike],
     believed_friction: Option<f64>,
 ) -> Result<World, String> {
-    let mut world = World::nominal(rig);
+    let mut world = World::nominal();
     if let Some(friction) = believed_friction {
         world = world.with("friction", friction);
     }

@@ -212,8 +212,7 @@ pub(super) fn rigs() -> Vec<Vec<u8>> {
 
 /// A plain world, and one with every effect of the library.
 pub(super) fn worlds() -> Vec<Vec<u8>> {
-    let rig = Rig::demo(Shape::Cylinder);
-    let plain = World::nominal(&rig).with("friction", 0.2);
+    let plain = World::nominal().with("friction", 0.2);
     let mut worlds = vec![plain.to_toml().into_bytes()];
     for spec in EFFECTS {
         let Parameters::Listed(parameters) = spec.parameters else {
@@ -256,7 +255,7 @@ pub(super) fn contents() -> Contents {
     ];
     Contents {
         sysid: Calibrated {
-            world: World::nominal(&rig),
+            world: World::nominal(),
             residual: Some(network().into()),
         },
         rig,

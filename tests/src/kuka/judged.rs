@@ -55,7 +55,7 @@ pub fn judge(rig: &Rig, strikes: &[Strike], fold: &Fold) -> anyhow::Result<Judge
     let fit = Sysid::default().run(
         &sysid::Input {
             rig: rig.clone(),
-            world: World::nominal(rig),
+            world: World::nominal(),
             strikes: known.clone(),
         },
         &progress,
@@ -86,7 +86,7 @@ pub fn judge(rig: &Rig, strikes: &[Strike], fold: &Fold) -> anyhow::Result<Judge
     let errors =
         |world: &World, residual: Option<&ResidualModel>| errors(rig, world, residual, &judges);
     let mut all = BTreeMap::new();
-    all.insert("nominal", errors(&World::nominal(rig), None)?);
+    all.insert("nominal", errors(&World::nominal(), None)?);
     all.insert("sysid", errors(&fit.world, None)?);
     all.insert("sysid_residual", errors(&fit.world, sysid.model.as_ref())?);
     let (world, with_effects) = match &effect {

@@ -37,7 +37,7 @@ fn explained() -> TrainingExtent {
 
 pub fn contents(friction: f64) -> Contents {
     let rig = Rig::demo(Shape::Cylinder);
-    let mut world = World::nominal(&rig);
+    let mut world = World::nominal();
     world.parameters.insert(
         "friction".into(),
         Estimate::with_interval(friction, 0.1, 0.5),

@@ -41,7 +41,7 @@ fn each_model_has_its_world_and_residual() {
     let artifact = store.load(None).unwrap();
     let effect = contents.effect.as_ref().unwrap();
     let part = |model| artifact.model(model).unwrap();
-    assert_eq!(part(Model::Nominal), (World::nominal(&contents.rig), None));
+    assert_eq!(part(Model::Nominal), (World::nominal(), None));
     assert_eq!(part(Model::Sysid), (contents.sysid.world.clone(), None));
     assert_eq!(
         part(Model::SysidResidual),

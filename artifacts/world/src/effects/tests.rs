@@ -43,7 +43,7 @@ pub(super) fn velocity(simulated: &Simulated, t: f64) -> Point {
 impl Bench {
     pub(super) fn plain() -> Self {
         let rig = Rig::demo(Shape::Cylinder);
-        let world = World::nominal(&rig)
+        let world = World::nominal()
             .with("friction", FRICTION)
             .with("fluid_blunt_drag", 0.0)
             .with("fluid_slender_drag", 0.0);
@@ -263,7 +263,7 @@ fn values_out_of_range_and_unknown_parameters_are_reported() {
 
 #[test]
 fn a_world_with_every_effect_reads_back_as_it_was_written() {
-    let mut world = World::nominal(&Rig::demo(Shape::Cylinder));
+    let mut world = World::nominal();
     for spec in EFFECTS {
         let parameters = match spec.parameters {
             Parameters::Listed(listed) => listed.iter().map(|p| (p.name, p.low)).collect(),

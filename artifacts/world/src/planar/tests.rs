@@ -41,7 +41,7 @@ fn strikes(rig: &Rig) -> Vec<Strike> {
 /// Greatest distance in m between the planar slide and MuJoCo's, over all frames and stops.
 fn apart(shape: Shape, hidden: Option<(&str, &[(&str, f64)])>) -> f64 {
     let rig = Rig::demo(shape);
-    let world = World::nominal(&rig)
+    let world = World::nominal()
         .with("friction", 0.22)
         .with("restitution", 0.5);
     let mut with = world.clone();
@@ -102,7 +102,7 @@ const CASES: [(&str, &[(&str, f64)]); 5] = [
 fn in_each(mut ask: impl FnMut(&Rig, &AddedEffect, &Planar<'_>, &Strike, &Launch)) {
     for shape in [Shape::Cylinder, Shape::Box] {
         let rig = Rig::demo(shape);
-        let world = World::nominal(&rig).with("friction", 0.22);
+        let world = World::nominal().with("friction", 0.22);
         let strikes = strikes(&rig);
         let commanded = strikes.iter().map(Strike::commanded);
         let launches = launches(&rig, &world, commanded).expect("a valid world");
@@ -243,7 +243,7 @@ fn a_response_is_what_differs_between_slides() {
 #[test]
 fn an_object_that_runs_away_down_a_saddle_is_not_followed_for_ever() {
     let rig = Rig::demo(Shape::Cylinder);
-    let world = World::nominal(&rig).with("friction", 0.1);
+    let world = World::nominal().with("friction", 0.1);
     // Steps are as short as the patch is small, and ever shorter in time as the object goes faster.
     let saddle = [("curvature", -0.3), ("stretch", -0.5), ("center_x", 0.3)];
     let patch = [("center_x", 0.5), ("change", 0.5), ("radius", 0.04)];
@@ -263,10 +263,10 @@ fn an_object_that_runs_away_down_a_saddle_is_not_followed_for_ever() {
 fn a_strike_on_more_friction_of_its_own_is_one_in_a_world_of_more_friction() {
     let rig = Rig::demo(Shape::Cylinder);
     let stop = |friction: f64, deviation: Deviation| {
-        let world = World::nominal(&rig).with("friction", friction);
+        let world = World::nominal().with("friction", friction);
         let planar = Planar::new(&rig, &world, &[]).expect("known parameters");
         let strikes = strikes(&rig);
-        let launch = launches(&rig, &World::nominal(&rig), [strikes[3].commanded()]);
+        let launch = launches(&rig, &World::nominal(), [strikes[3].commanded()]);
         let launch = launch.expect("a valid world")[0].expect("parts");
         let frames = planar.strike(&(&strikes[3]).into(), &launch, &deviation);
         frames.expect("rests").stop

@@ -40,7 +40,7 @@ impl Deviates {
 }
 
 fn world() -> World {
-    World::nominal(&values::Rig::demo(Shape::Cylinder))
+    World::nominal()
 }
 
 /// A hundred strikes of a version, whose friction walks by this step.

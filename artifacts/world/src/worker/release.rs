@@ -144,7 +144,7 @@ mod tests {
     fn what_is_interpolated_is_what_mujoco_does() {
         for (shape, most) in [(Shape::Cylinder, 2e-5), (Shape::Box, 2e-4)] {
             let rig = Rig::demo(shape);
-            let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+            let simulator = Simulator::new(&rig, &World::nominal()).expect("valid");
             let mut worker = simulator.worker();
             for i in 0..20 {
                 let command = Command::new(0.3 + 0.05 * f64::from(i), 0.3 - 0.03 * f64::from(i));

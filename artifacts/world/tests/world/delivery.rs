@@ -31,11 +31,11 @@ fn stop(simulator: &Simulator, speed: f64, angle: f64) -> Point {
 
 #[test]
 fn a_correction_acts_after_the_effects() {
-    let mut world = World::nominal(&rig());
+    let mut world = World::nominal();
     world
         .effects
         .push(AddedEffect::fixed("striker_speed_error", &[("slope", 0.8)]));
-    let plain = Simulator::new(&rig(), &World::nominal(&rig())).expect("valid");
+    let plain = Simulator::new(&rig(), &World::nominal()).expect("valid");
     let corrected = Simulator::new(&rig(), &world)
         .expect("valid")
         .with_delivery(Arc::new(Off));
@@ -49,7 +49,7 @@ fn a_correction_acts_after_the_effects() {
 
 #[test]
 fn a_solve_takes_the_correction_into_account() {
-    let corrected = Simulator::new(&rig(), &World::nominal(&rig()))
+    let corrected = Simulator::new(&rig(), &World::nominal())
         .expect("valid")
         .with_delivery(Arc::new(Off));
     let target = START + Point::polar(0.25, 0.2);

@@ -11,7 +11,7 @@ const ORIGIN: Point = Point::new(0.3, 0.0);
 fn every_reachable_target_is_solved_in_about_one_simulation() {
     for (shape, most) in [(Shape::Cylinder, 1.05), (Shape::Box, 1.2)] {
         let rig = Rig::demo(shape);
-        let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+        let simulator = Simulator::new(&rig, &World::nominal()).expect("valid");
         let mut worker = simulator.worker();
         let (mut evaluations, mut count) = (0, 0);
         let begun = Instant::now();
@@ -47,7 +47,7 @@ fn every_reachable_target_is_solved_in_about_one_simulation() {
 #[test]
 fn what_lies_beyond_an_arm_that_saturates_is_reported_in_a_few_simulations() {
     let rig = Rig::demo(Shape::Cylinder);
-    let mut world = World::nominal(&rig);
+    let mut world = World::nominal();
     world
         .effects
         .push(AddedEffect::fixed("striker_speed_error", &[("cap", 0.8)]));
@@ -79,7 +79,7 @@ fn what_lies_beyond_an_arm_that_saturates_is_reported_in_a_few_simulations() {
 #[test]
 fn an_unreachable_target_is_a_status() {
     let rig = Rig::demo(Shape::Cylinder);
-    let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+    let simulator = Simulator::new(&rig, &World::nominal()).expect("valid");
     let settings = SolveSettings {
         speed: [0.4, 1.0].into(),
         ..SolveSettings::default()
@@ -145,7 +145,7 @@ fn what_is_reported_unreachable_no_strike_on_the_face_reaches_and_nothing_else_i
     let edge = ((half_y - 0.5 * rig.striker.radius) / (half_x + rig.striker.radius)).atan();
     // Where it holds the box less, the tip catches up with it near the corner, and any stop may follow.
     for tip_friction in [0.4, 0.5] {
-        let world = World::nominal(&rig).with("tip_friction", tip_friction);
+        let world = World::nominal().with("tip_friction", tip_friction);
         let simulator = Simulator::new(&rig, &world).expect("valid");
         let mut worker = simulator.worker();
         let step = Command::new(0.04, edge / 32.0);
@@ -194,7 +194,7 @@ fn what_is_reported_unreachable_no_strike_on_the_face_reaches_and_nothing_else_i
 #[test]
 fn what_never_comes_to_rest_is_given_up_soon() {
     let rig = Rig::demo(Shape::Cylinder);
-    let mut world = World::nominal(&rig).with("friction", 0.02);
+    let mut world = World::nominal().with("friction", 0.02);
     world
         .effects
         .push(AddedEffect::fixed("table_tilt", &[("tilt_x", 0.1)]));

@@ -16,14 +16,14 @@ fn commands() -> impl Iterator<Item = Command> {
 fn still_air(rig: &Rig) -> World {
     ["fluid_blunt_drag", "fluid_slender_drag"]
         .iter()
-        .fold(World::nominal(rig), |world, name| world.with(name, 0.0))
+        .fold(World::nominal(), |world, name| world.with(name, 0.0))
 }
 
 #[test]
 fn halving_every_step_moves_no_stop_by_half_a_millimetre() {
     for shape in [Shape::Cylinder, Shape::Box] {
         let rig = Rig::demo(shape);
-        let world = World::nominal(&rig).with("friction", 0.25);
+        let world = World::nominal().with("friction", 0.25);
         let Steps { contact, slide } = Steps::default();
         let coarse = Simulator::new(&rig, &world).expect("valid");
         let fine = Steps {
@@ -98,7 +98,7 @@ fn deceleration_is_friction_times_gravity_at_every_speed() {
 #[test]
 fn the_same_strike_gives_the_same_bits() {
     let rig = Rig::demo(Shape::Box);
-    let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+    let simulator = Simulator::new(&rig, &World::nominal()).expect("valid");
     let command = Command::new(0.8, 0.2);
     let mut worker = simulator.worker();
     let first = worker
@@ -163,7 +163,7 @@ fn a_ball_slides_and_then_rolls() {
 #[test]
 fn what_cannot_be_struck_is_reported() {
     let rig = Rig::demo(Shape::Cylinder);
-    let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+    let simulator = Simulator::new(&rig, &World::nominal()).expect("valid");
     for (speed, angle) in [
         (0.0, 0.0),
         (f64::NAN, 0.0),
@@ -208,7 +208,7 @@ fn what_runs_away_downhill_takes_no_memory() {
 #[test]
 fn an_object_that_brakes_harder_than_the_tip_is_pushed_and_ends_at_rest() {
     let rig = Rig::demo(Shape::Cylinder);
-    let world = World::nominal(&rig)
+    let world = World::nominal()
         .with("friction", 0.9)
         .with("restitution", -0.6);
     let simulator = Simulator::new(&rig, &world).expect("valid");
@@ -229,7 +229,7 @@ fn an_object_that_brakes_harder_than_the_tip_is_pushed_and_ends_at_rest() {
 #[test]
 fn a_worker_counts_its_steps_over_all_strikes() {
     let rig = Rig::demo(Shape::Cylinder);
-    let simulator = Simulator::new(&rig, &World::nominal(&rig)).expect("valid");
+    let simulator = Simulator::new(&rig, &World::nominal()).expect("valid");
     let mut worker = simulator.worker();
     let command = Command::new(0.7, 0.1);
     let mut counts = vec![worker.steps()];
@@ -248,7 +248,7 @@ fn a_worker_counts_its_steps_over_all_strikes() {
 fn a_strike_leads_as_far_as_after_an_impact_without_duration() {
     let rig = Rig::demo(Shape::Cylinder);
     for (friction, restitution) in [(0.15, 0.5), (0.29, 0.42), (0.29, 0.58)] {
-        let world = World::nominal(&rig)
+        let world = World::nominal()
             .with("friction", friction)
             .with("restitution", restitution);
         let simulator = Simulator::new(&rig, &world).expect("valid");

@@ -22,7 +22,7 @@ fn turned(yaw: f64) -> Conditions {
 
 /// A world whose tip is led so far to the left of the object's centre.
 fn world(rig: &Rig, offset: f64) -> World {
-    let mut world = World::nominal(rig)
+    let mut world = World::nominal()
         .with("friction", 0.22)
         .with("restitution", 0.5)
         .with("tip_friction", 0.7);
@@ -96,7 +96,7 @@ fn a_box_that_stands_straight_leaves_the_tip_as_from_a_rigid_blow() {
     let rig = Rig::demo(Shape::Box);
     for (friction, speed, bearing) in [(0.7, 2e-3, 3e-4), (0.2, 1e-2, 3e-3)] {
         // A table that brakes little while the impact lasts.
-        let world = World::nominal(&rig)
+        let world = World::nominal()
             .with("tip_friction", friction)
             .with("friction", 0.02);
         let simulator = Simulator::new(&rig, &world).expect("valid");
@@ -223,7 +223,7 @@ fn a_strike_is_solved_for_the_yaw_that_the_box_has() {
 fn a_turned_camera_sees_the_box_turned() {
     let rig = Rig::demo(Shape::Box);
     let by: f64 = 0.05;
-    let mut turned_camera = World::nominal(&rig);
+    let mut turned_camera = World::nominal();
     turned_camera
         .effects
         .push(AddedEffect::fixed("camera_rotation", &[("angle", by)]));

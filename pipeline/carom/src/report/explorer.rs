@@ -236,7 +236,7 @@ fn tracks(
 ) -> Result<Vec<Option<Tracks>>, WorldError> {
     let results = shown.results;
     let rig = &shown.inputs.rig;
-    let nominal = World::nominal(rig);
+    let nominal = World::nominal();
     let found = results.worlds.iter().flat_map(Worlds::each);
     let found = found.map(|(model, of_world)| (model.name(), &of_world.world));
     let simulators = std::iter::once(("nominal", &nominal))

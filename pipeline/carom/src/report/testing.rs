@@ -46,7 +46,7 @@ pub fn found_tilt() -> Diagnosed {
         "detectable": [{ "name": "table_bowl", "parameter": "curvature", "least": 0.021, "unit": "/s²" }],
         "notes": ["one candidate diverged"],
     });
-    let mut world = World::nominal(&Rig::demo(Shape::Cylinder));
+    let mut world = World::nominal();
     let tilted = Estimate::with_interval(0.0042, 0.0040, 0.0044);
     world.effects.push(AddedEffect {
         name: "table_tilt".into(),

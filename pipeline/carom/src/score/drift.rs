@@ -244,7 +244,7 @@ mod tests {
 
     fn assumed() -> Varies {
         let rig = values::Rig::demo(values::Shape::Cylinder);
-        Varies::assumed(&world::World::nominal(&rig))
+        Varies::assumed(&world::World::nominal())
     }
 
     #[test]

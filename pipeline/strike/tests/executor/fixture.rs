@@ -45,7 +45,7 @@ pub fn constant(answer: [f64; 2]) -> Network {
 }
 
 fn sysid() -> World {
-    World::nominal(&rig())
+    World::nominal()
         .with("friction", 0.25)
         .with("restitution", 0.5)
 }

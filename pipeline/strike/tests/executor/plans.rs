@@ -11,7 +11,7 @@ use crate::fixture::{self, FROM, TO, plan};
 fn the_simulated_command_brings_the_object_to_the_target_in_its_world() {
     let artifact = fixture::artifact();
     for (model, world) in [
-        (Model::Nominal, World::nominal(&artifact.rig)),
+        (Model::Nominal, World::nominal()),
         (Model::SysidResidual, artifact.sysid.world.clone()),
         (
             Model::Effect,

@@ -55,7 +55,7 @@ fn paths_and_targets_must_be_among_the_trained() {
 fn a_target_that_no_speed_reaches_is_unreachable() {
     let mut artifact = fixture::artifact();
     // At 4 m/s, the fastest that a solve tries, the object leaves at 1.6 m/s and slides 0.29 m.
-    artifact.sysid.world = World::nominal(&artifact.rig)
+    artifact.sysid.world = World::nominal()
         .with("friction", 0.45)
         .with("restitution", -0.6);
     let refusal = refusal(&artifact, Model::Sysid, FROM, Point::new(0.75, 0.05));
@@ -66,7 +66,7 @@ fn a_target_that_no_speed_reaches_is_unreachable() {
 #[test]
 fn a_world_in_which_nothing_rests_diverges() {
     let mut artifact = fixture::artifact();
-    let mut world = World::nominal(&artifact.rig).with("friction", 0.02);
+    let mut world = World::nominal().with("friction", 0.02);
     let tilt = AddedEffect::fixed("table_tilt", &[("tilt_x", 0.1)]);
     world.effects.push(tilt);
     artifact.sysid.world = world;
@@ -159,7 +159,7 @@ fn an_arm_that_brakes_more_slowly_than_the_object_pushes_it_again() {
     artifact.rig.table.x = [-2.0, 2.0].into();
     artifact.rig.robot.base = Some(Point::new(-1.5, 0.0));
     // The object slows down at 4.4 m/s², and leaves hardly faster than the tip.
-    artifact.sysid.world = World::nominal(&artifact.rig)
+    artifact.sysid.world = World::nominal()
         .with("friction", 0.45)
         .with("restitution", 0.0);
     let (from, to) = (Point::new(0.3, 0.0), Point::new(0.36, 0.0));

@@ -11,7 +11,7 @@ use crate::fixture::{self, FROM};
 const TO: Point = Point { x: 0.6, y: 0.08 };
 
 fn world() -> World {
-    let world = World::nominal(&Rig::demo(Shape::Box)).with("friction", 0.18);
+    let world = World::nominal().with("friction", 0.18);
     world.with("restitution", 0.5).with("tip_friction", 0.7)
 }
 

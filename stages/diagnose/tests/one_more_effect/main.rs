@@ -79,7 +79,7 @@ fn strikes(rig: &Rig, world: &World) -> Vec<Strike> {
 #[test]
 fn an_effect_in_one_file_is_found_once_it_is_listed() {
     let rig = Rig::demo(Shape::Cylinder);
-    let plain = World::nominal(&rig)
+    let plain = World::nominal()
         .with("friction", 0.22)
         .with("restitution", 0.5);
     assert!(effects::effect("turning_force").is_err());

@@ -226,7 +226,7 @@ impl Table {
     /// What a diagnosis makes of it, from the identified world.
     pub fn diagnosed(&self) -> Diagnosis {
         let (rig, strikes) = self.strike();
-        let world = World::nominal(&rig)
+        let world = World::nominal()
             .with("friction", 0.2)
             .with("restitution", 0.45);
         let settings = Diagnose {

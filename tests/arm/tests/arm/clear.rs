@@ -62,7 +62,7 @@ fn rig(random: &mut Random) -> Rig {
 }
 
 fn world(rig: &Rig) -> World {
-    let world = World::nominal(rig).with("friction", 0.2);
+    let world = World::nominal().with("friction", 0.2);
     world.with("restitution", 0.5)
 }
 

@@ -66,7 +66,7 @@ fn fill(case: &Case, found: &mut Peers) -> Option<String> {
     let Made {
         rig, strikes: all, ..
     } = strikes(make, folder.path())?;
-    let world = World::nominal(&rig);
+    let world = World::nominal();
     let commanded = all.iter().map(Strike::commanded);
     let launched: Vec<(&Strike, Launch)> = all
         .iter()
