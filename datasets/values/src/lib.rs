@@ -12,6 +12,7 @@ mod median;
 mod named;
 mod residual;
 mod rig;
+mod sentence;
 mod slide;
 mod split;
 mod stop_errors;
@@ -27,6 +28,7 @@ pub use rig::{
     PoseTopic, Rig, RigError, Robot, Shape, Solid, StampMark, StateTopic, Striker, Table, Tip,
     Topics,
 };
+pub use sentence::Sentence;
 pub use slide::free_slides;
 pub use split::{Split, halvings, split_of};
 pub use stop_errors::StopErrors;

@@ -71,7 +71,7 @@ fn strikes(rig: &Rig, world: &World, count: usize, noise: &Noise, seed: u64) -> 
         .collect()
 }
 
-fn truth(rig: &Rig) -> World {
+fn truth() -> World {
     World::nominal()
         .with("friction", FRICTION)
         .with("restitution", RESTITUTION)
@@ -109,7 +109,7 @@ const CLEAN: Noise = Noise {
 #[test]
 fn clean_strikes_give_friction_and_launch_within_one_per_cent_from_any_start() {
     let rig = Rig::demo(Shape::Cylinder);
-    let data = strikes(&rig, &truth(&rig), 50, &CLEAN, 1);
+    let data = strikes(&rig, &truth(), 50, &CLEAN, 1);
     for (friction, restitution) in [(0.6, 0.1), (0.1, 0.9), (0.3, 0.5)] {
         let start = World::nominal()
             .with("friction", friction)
@@ -130,7 +130,7 @@ fn launch_scatter_and_camera_noise_are_told_apart() {
     let fit = identify(
         &rig,
         World::nominal(),
-        strikes(&rig, &truth(&rig), 80, &REALISTIC, 3),
+        strikes(&rig, &truth(), 80, &REALISTIC, 3),
         &[],
     );
     let scatter = fit.world.scatter;
@@ -163,8 +163,8 @@ fn intervals_of_ninety_five_per_cent_cover_the_truth_in_ninety_to_ninety_eight()
         .map(|seed| {
             let fit = identify(
                 &rig,
-                truth(&rig),
-                strikes(&rig, &truth(&rig), 24, &REALISTIC, 1000 + seed),
+                truth(),
+                strikes(&rig, &truth(), 24, &REALISTIC, 1000 + seed),
                 BOTH,
             );
             [("friction", FRICTION), ("restitution", RESTITUTION)].map(|(name, value)| {
@@ -192,7 +192,7 @@ fn a_box_reveals_the_friction_of_the_tip() {
     let rig = Rig::demo(Shape::Box);
     // A tip of 0.35 slips in the widest strikes alone.
     for (friction, seed) in [(0.25, 5), (0.35, 6)] {
-        let world = truth(&rig).with("tip_friction", friction);
+        let world = truth().with("tip_friction", friction);
         let fit = identify(
             &rig,
             World::nominal(),
@@ -213,7 +213,7 @@ fn a_tip_that_sticks_is_not_taken_for_one_that_slips() {
     let rig = Rig::demo(Shape::Box);
     let nominal = World::nominal();
     for seed in 7..10 {
-        let world = truth(&rig).with("tip_friction", 0.9);
+        let world = truth().with("tip_friction", 0.9);
         let data = strikes(&rig, &world, 40, &REALISTIC, seed);
         let fit = identify(&rig, nominal.clone(), data, &[]);
         let of = |world: &World| world.value("tip_friction").expect("known");
@@ -285,7 +285,7 @@ fn where_nothing_is_hidden_the_scatter_is_the_rigs_in_a_few_iterations() {
 #[test]
 fn what_turns_every_strike_alike_is_told_and_is_no_scatter() {
     let rig = Rig::demo(Shape::Cylinder);
-    let mut data = strikes(&rig, &truth(&rig), 60, &REALISTIC, 7);
+    let mut data = strikes(&rig, &truth(), 60, &REALISTIC, 7);
     for strike in &mut data {
         strike.command.angle -= 0.15;
     }
@@ -307,7 +307,7 @@ fn what_turns_every_strike_alike_is_told_and_is_no_scatter() {
 #[test]
 fn the_papers_algorithm_brings_the_stops_together() {
     let rig = Rig::demo(Shape::Cylinder);
-    let data = strikes(&rig, &truth(&rig), 12, &CLEAN, 9);
+    let data = strikes(&rig, &truth(), 12, &CLEAN, 9);
     let (_, error) = algorithm2(
         &rig,
         &World::nominal(),
@@ -325,7 +325,7 @@ fn too_few_strikes_are_told() {
     let input = Input {
         rig: rig.clone(),
         world: World::nominal(),
-        strikes: strikes(&rig, &truth(&rig), 3, &CLEAN, 1),
+        strikes: strikes(&rig, &truth(), 3, &CLEAN, 1),
     };
     let error = Sysid::default()
         .run(&input, &Progress::hidden())
@@ -344,7 +344,7 @@ fn friction_that_scatters_widely_biases_neither_friction_nor_launch() {
     let data: Vec<Strike> = (0..60)
         .flat_map(|seed| {
             let other = if seed % 2 == 0 { 0.1f64 } else { -0.1 };
-            let world = truth(&rig).with("friction", FRICTION * other.exp());
+            let world = truth().with("friction", FRICTION * other.exp());
             strikes(&rig, &world, 1, &noise, 100 + seed / 2)
         })
         .collect();
@@ -404,7 +404,7 @@ fn launches_that_scatter_move_restitution_by_their_mean_and_friction_not_at_all(
     let seeds = 3000..3060;
     let data = seeds
         .clone()
-        .flat_map(|seed| strikes(&rig, &truth(&rig), 1, &noise, seed))
+        .flat_map(|seed| strikes(&rig, &truth(), 1, &noise, seed))
         .collect();
     let fit = identify(&rig, World::nominal(), data, &[]);
     // The first draw of a seed is its strike's speed.
@@ -444,8 +444,8 @@ fn pushes(strikes: &[Strike]) -> Vec<Strike> {
 #[test]
 fn slides_that_no_strike_began_teach_friction_and_nothing_of_the_impact() {
     let rig = Rig::demo(Shape::Cylinder);
-    let struck = strikes(&rig, &truth(&rig), 24, &REALISTIC, 71);
-    let slides = pushes(&strikes(&rig, &truth(&rig), 48, &REALISTIC, 72));
+    let struck = strikes(&rig, &truth(), 24, &REALISTIC, 71);
+    let slides = pushes(&strikes(&rig, &truth(), 48, &REALISTIC, 72));
     let both = [struck.clone(), slides.clone()].concat();
     let fit = |strikes| identify(&rig, World::nominal(), strikes, &[]);
     let interval = |fit: &Fit, name: &str| {

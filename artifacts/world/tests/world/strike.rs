@@ -13,7 +13,7 @@ fn commands() -> impl Iterator<Item = Command> {
     })
 }
 
-fn still_air(rig: &Rig) -> World {
+fn still_air() -> World {
     ["fluid_blunt_drag", "fluid_slender_drag"]
         .iter()
         .fold(World::nominal(), |world, name| world.with(name, 0.0))
@@ -53,7 +53,7 @@ fn halving_every_step_moves_no_stop_by_half_a_millimetre() {
 fn a_cylinder_released_at_e_slides_as_far_as_friction_says() {
     let rig = Rig::demo(Shape::Cylinder);
     for (friction, restitution) in [(0.15, 0.2), (0.25, 0.5), (0.5, 0.8), (0.25, -0.3)] {
-        let world = still_air(&rig)
+        let world = still_air()
             .with("friction", friction)
             .with("restitution", restitution);
         let simulator = Simulator::new(&rig, &world).expect("valid");
@@ -79,7 +79,7 @@ fn a_cylinder_released_at_e_slides_as_far_as_friction_says() {
 #[test]
 fn deceleration_is_friction_times_gravity_at_every_speed() {
     let rig = Rig::demo(Shape::Cylinder);
-    let simulator = Simulator::new(&rig, &still_air(&rig).with("friction", 0.25)).expect("valid");
+    let simulator = Simulator::new(&rig, &still_air().with("friction", 0.25)).expect("valid");
     let command = Command::new(1.0, 0.3);
     let strike = simulator
         .worker()
@@ -134,7 +134,7 @@ fn a_ball_slides_and_then_rolls() {
         (0.18, 0.1, 1.0),
         (0.5, 0.01, 1.0),
     ] {
-        let world = still_air(&rig)
+        let world = still_air()
             .with("friction", friction)
             .with("rolling_friction", 1.4 * radius * rolling)
             .with("rolling_in_slip", in_slip);
@@ -187,7 +187,7 @@ fn what_runs_away_downhill_takes_no_memory() {
         |tilt_x: f64| AddedEffect::fixed("table_tilt", &[("tilt_x", tilt_x), ("tilt_y", 0.0)]);
     let command = Command::new(0.8, 0.0);
     for steeper in [-1e-3, -1e-6, -1e-9, -1e-12, 0.0, 1e-12, 1e-6, 1e-3, 0.1] {
-        let mut world = still_air(&rig).with("friction", 0.02);
+        let mut world = still_air().with("friction", 0.02);
         world.effects.push(tilt(0.02_f64.asin() + steeper));
         let Ok(simulator) = Simulator::new(&rig, &world) else {
             continue;

@@ -243,7 +243,6 @@ mod tests {
     }
 
     fn assumed() -> Varies {
-        let rig = values::Rig::demo(values::Shape::Cylinder);
         Varies::assumed(&world::World::nominal())
     }
 
