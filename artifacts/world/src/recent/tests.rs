@@ -1,7 +1,5 @@
 //! The filter on tables whose truth is known: strikes whose distance goes as launch speed squared over friction.
 
-use values::Shape;
-
 use super::linear::rows;
 use super::*;
 use crate::{Shift, World};

@@ -21,7 +21,7 @@ fn turned(yaw: f64) -> Conditions {
 }
 
 /// A world whose tip is led so far to the left of the object's centre.
-fn world(rig: &Rig, offset: f64) -> World {
+fn world(offset: f64) -> World {
     let mut world = World::nominal()
         .with("friction", 0.22)
         .with("restitution", 0.5)
@@ -65,7 +65,7 @@ fn it_leaves_the_tip_as_from_a_rigid_impact_on_its_face() {
     let angle: f64 = 0.1;
     for offset in OFFSETS {
         // A table that brakes little while the impact lasts.
-        let world = world(&rig, offset).with("friction", 0.02);
+        let world = world(offset).with("friction", 0.02);
         let simulator = Simulator::new(&rig, &world).expect("valid");
         let effects = effects_of(&rig, &world);
         let mut worker = simulator.worker();
@@ -128,7 +128,7 @@ fn planar_form_follows_mujoco() {
     let rig = Rig::demo(Shape::Box);
     let times: Vec<f64> = (1..60).map(|i| f64::from(i) / rig.camera.rate).collect();
     for offset in OFFSETS {
-        let world = world(&rig, offset);
+        let world = world(offset);
         let effects = effects_of(&rig, &world);
         let planar = Planar::new(&rig, &world, &effects).expect("known parameters");
         let simulator = Simulator::new(&rig, &world).expect("valid");
@@ -167,7 +167,7 @@ fn planar_form_follows_mujoco() {
 #[test]
 fn a_turned_box_on_a_turned_table_moves_as_a_straight_one() {
     let rig = Rig::demo(Shape::Box);
-    let simulator = Simulator::new(&rig, &world(&rig, 0.003)).expect("valid");
+    let simulator = Simulator::new(&rig, &world(0.003)).expect("valid");
     let mut worker = simulator.worker();
     let mut path = |angle: f64, yaw: f64| {
         let command = Command { speed: 0.8, angle };
@@ -188,7 +188,7 @@ fn a_turned_box_on_a_turned_table_moves_as_a_straight_one() {
 #[test]
 fn a_round_object_does_not_care() {
     let rig = Rig::demo(Shape::Cylinder);
-    let simulator = Simulator::new(&rig, &world(&rig, 0.003)).expect("valid");
+    let simulator = Simulator::new(&rig, &world(0.003)).expect("valid");
     let command = Command::new(0.8, 0.15);
     let mut worker = simulator.worker();
     let straight = worker.strike(START, command, &Conditions::default());
@@ -199,7 +199,7 @@ fn a_round_object_does_not_care() {
 #[test]
 fn a_strike_is_solved_for_the_yaw_that_the_box_has() {
     let rig = Rig::demo(Shape::Box);
-    let simulator = Simulator::new(&rig, &world(&rig, 0.0)).expect("valid");
+    let simulator = Simulator::new(&rig, &world(0.0)).expect("valid");
     let mut worker = simulator.worker();
     let target = START + Point::polar(0.25, 0.1);
     let settings = SolveSettings::default();
