@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use values::{Rig, Strike};
 use world::effects::{Column, EffectSpec, Experiment, FitStart, Naming, Origin, effect, library};
 
-use crate::{model::Part, smooth::covariate::family};
+use crate::model::Part;
+use crate::smooth::family;
 
 /// One effect that may be missing.
 #[derive(Clone, Debug)]

@@ -22,7 +22,6 @@ mod fit;
 mod fitted_world;
 mod gap;
 mod heldout;
-mod input;
 mod linearisation;
 mod load_shift;
 mod maps;
@@ -52,6 +51,5 @@ pub use diagnosis::{
     Parameter, Ranked, SmoothMap, StopResidual, Verdict,
 };
 pub use error::DiagnoseError;
-pub use input::Input;
-pub use settings::Diagnose;
+pub use settings::{Diagnose, Input};
 pub use thresholds::Thresholds;

@@ -7,19 +7,13 @@ use nalgebra::{DMatrix, DVector};
 use values::Point;
 use world::{GRAVITY, WorldError};
 
-use crate::{
-    diagnosis::{MapPoint, SmoothMap},
-    fit::Fitted,
-    heldout::folds,
-    mixed::posterior,
-    score::{Replicates, ScoreTest, StrikeColumns},
-    smooth::{
-        bumps::{Bumps, bumps},
-        covariate::Covariate,
-        ridge::Ridge,
-    },
-    strikes::PreparedStrikes,
-};
+use crate::diagnosis::{MapPoint, SmoothMap};
+use crate::fit::Fitted;
+use crate::heldout::folds;
+use crate::mixed::posterior;
+use crate::score::{Replicates, ScoreTest, StrikeColumns};
+use crate::smooth::{Bumps, Covariate, Ridge, bumps};
+use crate::strikes::PreparedStrikes;
 
 /// Names of the maps, and what they run over.
 const MAPS: [(&str, Covariate); 2] = [

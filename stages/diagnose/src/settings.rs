@@ -1,7 +1,8 @@
-//! How to diagnose.
+//! How to diagnose, and from what.
 
 use serde::{Deserialize, Serialize};
-use values::{Split, Strike};
+use values::{Rig, Split, Strike};
+use world::World;
 
 use crate::Thresholds;
 
@@ -50,4 +51,15 @@ impl Diagnose {
             .cloned()
             .collect()
     }
+}
+
+/// The strikes, and the world that they are held against.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Input {
+    /// The rig.
+    pub rig: Rig,
+    /// The identified world, without effects.
+    pub world: World,
+    /// Strikes in order of time; those of [`Split::Test`] judge the gap and take no other part.
+    pub strikes: Vec<Strike>,
 }

@@ -9,7 +9,8 @@
 use nalgebra::{DMatrix, DVector};
 use values::median;
 
-use super::{covariates::cosines, projection::Basis};
+use super::projection::Basis;
+use super::table::cosines;
 
 /// Cosines of each part.
 const TERMS: usize = 10;
@@ -36,6 +37,34 @@ pub(crate) struct Components {
     pub(crate) wander: f64,
     /// Standard deviation between sessions.
     pub(crate) sessions: f64,
+}
+
+/// How stops vary for no reason that a command could foretell, root mean square in m.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Variation {
+    /// Scatter of repeats of one command made one after another.
+    pub(crate) repeats: f64,
+    /// Upper end of the 95 % interval of `repeats`.
+    pub(crate) repeats_at_most: f64,
+    /// Motion of stops by a wander over the order of strikes.
+    pub(crate) wander: f64,
+    /// Difference between sessions.
+    pub(crate) sessions: f64,
+}
+
+impl Variation {
+    /// The one of the two under which repeats scatter less.
+    pub(crate) fn or_less(self, other: Self) -> Self {
+        match other.repeats < self.repeats {
+            true => other,
+            false => self,
+        }
+    }
+
+    /// Total variation of stops, with repeats at the upper end of their interval, in m.
+    pub(crate) fn at_most(&self) -> f64 {
+        self.repeats_at_most.hypot(self.wander).hypot(self.sessions)
+    }
 }
 
 /// A column, a value for each strike.

@@ -11,7 +11,6 @@
 //! is no gap. The same is asked again beside the effects that would be named.
 
 mod components;
-mod covariates;
 mod families;
 mod groups;
 mod order;
@@ -20,30 +19,24 @@ mod projection;
 mod table;
 mod wander;
 mod ways;
-mod weighed;
 
-pub(crate) use components::Components;
-pub(crate) use covariates::Before;
+pub(crate) use components::{Components, Variation};
 pub(crate) use families::{PERMUTED, REAL};
 pub(crate) use order::Form;
-pub(crate) use table::Column;
+pub(crate) use table::{Before, Column};
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
 use values::{Command, Shape};
 
-use self::{
-    covariates::{Covariates, Wave},
-    families::{Calibrated, Shuffles, Statistic, calibrated},
-    groups::Groups,
-    order::InOrder,
-    place::Pushes,
-    projection::{Basis, explained},
-    table::{COLUMNS, Cell, Row, column as column_of, table},
-    wander::Wander,
-    weighed::{Weighed, weighed},
-};
+use self::families::{Calibrated, Shuffles, Statistic, calibrated};
+use self::groups::Groups;
+use self::order::InOrder;
+use self::place::{Pushes, Weighed, weighed};
+use self::projection::{Basis, explained};
+use self::table::{COLUMNS, Cell, Covariates, Row, Wave, column as column_of, table};
+use self::wander::Wander;
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
 /// Ratio to the scatter of repeats below which motion of stops is no gap: it adds less than 5 % to a stop's error.
@@ -131,19 +124,6 @@ pub(crate) struct EffectsByOrder {
     pub(crate) by_session: bool,
     /// Whether an effect changes with the number of strikes before.
     pub(crate) drift: bool,
-}
-
-/// How stops vary for no reason that a command could foretell, root mean square in m.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Variation {
-    /// Scatter of repeats of one command made one after another.
-    pub(crate) repeats: f64,
-    /// Upper end of the 95 % interval of `repeats`.
-    pub(crate) repeats_at_most: f64,
-    /// Motion of stops by a wander over the order of strikes.
-    pub(crate) wander: f64,
-    /// Difference between sessions.
-    pub(crate) sessions: f64,
 }
 
 impl Answer {
@@ -262,21 +242,6 @@ pub(crate) fn variation(
             ..variation
         },
         false => variation,
-    }
-}
-
-impl Variation {
-    /// The one of the two under which repeats scatter less.
-    pub(crate) fn or_less(self, other: Self) -> Self {
-        match other.repeats < self.repeats {
-            true => other,
-            false => self,
-        }
-    }
-
-    /// Total variation of stops, with repeats at the upper end of their interval, in m.
-    pub(crate) fn at_most(&self) -> f64 {
-        self.repeats_at_most.hypot(self.wander).hypot(self.sessions)
     }
 }
 
@@ -739,7 +704,7 @@ impl Asking {
         let n = self.rows.len();
         let place = DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64);
         let mean = Basis::new([DVector::repeat(n, 1.0)]);
-        let slow = mean.beside(covariates::cosines(&place, 3));
+        let slow = mean.beside(table::cosines(&place, 3));
         let runs = self.covariates.linear().into_iter().any(|command| {
             let command = mean.off(command);
             let shared: f64 = slow.iter().map(|q| q.dot(&command).powi(2)).sum();

@@ -7,14 +7,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{
-    covariates::cosines,
-    families::{REAL, Shuffles, Statistic},
-    projection::{Basis, explained},
-    table::Column,
-    wander::Wander,
-    ways::most_explained,
-};
+use super::families::{REAL, Shuffles, Statistic};
+use super::projection::{Basis, explained};
+use super::table::{Column, cosines};
+use super::wander::Wander;
+use super::ways::most_explained;
 
 /// Number of cosines over the order.
 const COSINES: usize = 6;

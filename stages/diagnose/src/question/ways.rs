@@ -6,11 +6,8 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{DMatrix, DVector};
 use values::{Point, Strike, median};
 
-use super::{
-    covariates::Wave,
-    projection::Basis,
-    table::{HATS, Row},
-};
+use super::projection::Basis;
+use super::table::{HATS, Row, Wave};
 
 /// Distance in m at which two places have little in common: some object's width.
 const NEAR: f64 = 0.03;

@@ -7,12 +7,8 @@ use world::{
     effects::{Family, effect},
 };
 
-use super::{
-    CandidateFit, Selection,
-    fits::{FitCriteria, fit_possible},
-    penalty::alike,
-    refine::{refine, standing, with_rivals},
-};
+use super::refine::{refine, standing, with_rivals};
+use super::{CandidateFit, FitCriteria, Selection, alike, fit_possible};
 use crate::{
     candidates::Candidate,
     evidence::{Alarm, REAL, Statistic},

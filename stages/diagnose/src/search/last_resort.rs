@@ -6,12 +6,8 @@ use world::{
     effects::{Family, Naming, effect},
 };
 
-use super::{
-    Selection,
-    fits::{FitCriteria, fit_best},
-    penalty::{is_field, simpler},
-    refine::{MANY, replaced, standing},
-};
+use super::refine::{MANY, replaced, standing};
+use super::{FitCriteria, Selection, fit_best, is_field, simpler};
 use crate::{
     candidates::Candidate,
     evidence,

@@ -5,21 +5,17 @@ use values::Strike;
 use world::WorldError;
 
 use super::{
-    CandidateFit, SelectedEffect, Selection,
-    fits::{FitCriteria, fit_best},
-    penalty::{alike, evidence_of, is_field, simpler},
+    CandidateFit, FitCriteria, SelectedEffect, Selection, alike, evidence_of, fit_best, is_field,
+    simpler,
 };
-use crate::{
-    Thresholds,
-    candidates::{Candidate, is_never_named},
-    fit::{Fitted, Goal},
-    gap,
-    mixed::GREATEST,
-    model::{Model, Part},
-    question::{self, Answer},
-    screen::{Chance, Screened, screen},
-    smooth::covariate::{Covariate, family},
-};
+use crate::candidates::{Candidate, is_never_named};
+use crate::fit::{Fitted, Goal};
+use crate::mixed::GREATEST;
+use crate::model::{Model, Part};
+use crate::question::{self, Answer};
+use crate::screen::{Chance, Screened, screen};
+use crate::smooth::{Covariate, family};
+use crate::{Thresholds, gap};
 
 /// The selection refitted without the effect at `place`; of the others, only the evidence is computed ([`with_rivals`] finds their rivals).
 pub(crate) fn without<'a>(

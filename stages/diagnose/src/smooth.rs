@@ -1,19 +1,166 @@
-//! Bumps: small smooth changes over a covariate, as columns of every strike.
+//! Smooth dependences: small bumps over a covariate (the table, a speed, the order of strikes …) whose heights are Gaussian with one common
+//! standard deviation, by marginal likelihood. They stand for what an effect of another form than the library's would leave, and are drawn as maps.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use values::{Point, Strike};
-use world::{
-    effects::Experiment,
-    planar::{Node, Response, StartChange},
-};
+use world::effects::{Experiment, Family, effect};
+use world::planar::{Node, Response, StartChange};
 
-use super::covariate::Covariate;
-use crate::{
-    fit::Fitted,
-    mixed::{ANGLE, FRICTION, NUISANCES, SPEED},
-    score::{ScoreTest, StrikeColumns},
-    strikes::PreparedStrikes,
-};
+use crate::fit::Fitted;
+use crate::mixed::{ANGLE, FRICTION, NUISANCES, SPEED};
+use crate::score::{ColumnScores, RandomColumns, Replicates, ScoreTest, StrikeColumns};
+use crate::sessions::is_by_session;
+use crate::strikes::PreparedStrikes;
+
+/// Columns for what a wrong form of the effects held would leave: smooth dependences of their families, each as large as the marginal likelihood
+/// would have it. They stand beside a model while it is asked whether it lacks another effect. Friction of its own for each session is no form.
+pub(crate) fn family_columns(
+    prepared: &PreparedStrikes<'_>,
+    fitted: &Fitted,
+) -> Vec<RandomColumns> {
+    let parts = fitted.model.parts.iter();
+    let mut covariates: Vec<Covariate> = parts
+        .flat_map(|part| {
+            let over = family(part.name).iter().copied();
+            over.filter(|over| *over != Covariate::Wear || !is_by_session(part.name))
+        })
+        .collect();
+    covariates.sort_unstable();
+    covariates.dedup();
+    let mut random: Vec<RandomColumns> = Vec::new();
+    for covariate in covariates {
+        let Some(test) = ScoreTest::new(prepared, fitted, &random, Replicates::NONE) else {
+            break;
+        };
+        let Some(bumps) = bumps(prepared, fitted, &test, covariate) else {
+            continue;
+        };
+        let scores = test.scores(bumps.count(), &bumps.moved);
+        let ridge = Ridge::new(&scores, bumps.scale);
+        if ridge.variance > 0.0 {
+            random.push(RandomColumns {
+                moved: bumps.moved,
+                variance: ridge.variance,
+            });
+        }
+    }
+    random
+}
+
+/// What a set of bumps does, and over what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Covariate {
+    /// Pushes in both directions, by place on the table.
+    Position,
+    /// Friction, by place on the table.
+    Surface,
+    /// Friction, by speed.
+    SlidingSpeed,
+    /// Friction and a force across the motion, by its direction.
+    Heading,
+    /// Delivered speed and angle, by the commanded speed, by the commanded angle, and by both together.
+    Speed,
+    Angle,
+    Command,
+    /// Delivered speed and angle, by where the object lies.
+    Start,
+    /// Delivered speed, by the number of strikes before.
+    Order,
+    /// Delivered angle, by the number of strikes before.
+    Turning,
+    /// Friction, by the number of strikes before.
+    Wear,
+}
+
+impl Covariate {
+    /// Whether it is one of a strike's launch, or of its friction as a whole.
+    pub(crate) fn is_of_whole_strikes(self) -> bool {
+        match self {
+            Self::Speed
+            | Self::Angle
+            | Self::Command
+            | Self::Start
+            | Self::Order
+            | Self::Turning
+            | Self::Wear => true,
+            Self::Position | Self::Surface | Self::SlidingSpeed | Self::Heading => false,
+        }
+    }
+}
+
+/// Over what an effect of another form than the library's would differ from it: what is left of a wrong form lies there.
+pub(crate) fn family(name: &str) -> &'static [Covariate] {
+    let Ok(spec) = effect(name) else {
+        return &[];
+    };
+    match spec.family {
+        Family::FrictionByOrder => &[Covariate::Wear],
+        Family::RestitutionByOrder => &[Covariate::Order],
+        Family::LaunchAngleByOrder => &[Covariate::Turning],
+        Family::FrictionByPlace | Family::FrictionBySlide => &[Covariate::Surface],
+        Family::FrictionBySpeed => &[Covariate::SlidingSpeed],
+        Family::FrictionByHeading | Family::SeenByHeading => &[Covariate::Heading],
+        Family::LaunchByPlace => &[Covariate::Start],
+        Family::LaunchSpeed | Family::RestitutionBySpeed => &[Covariate::Speed],
+        Family::LaunchAngle => &[Covariate::Angle],
+        // Not by commanded speed: bumps over that change the delivered speed too, and would take an arm that saturates.
+        Family::LaunchAngleByCommand => &[Covariate::Angle],
+        Family::ForceByPlace
+        | Family::ForceBySession
+        | Family::SeenByPlace
+        | Family::SeenBySide => &[Covariate::Position],
+    }
+}
+
+/// Common heights tried, relative to the bumps' scale.
+const HEIGHTS: [f64; 7] = [0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
+/// Information below which the strikes see nothing of a direction.
+const SEEN: f64 = 1e-9;
+
+/// Heights of a set of bumps.
+pub(crate) struct Ridge {
+    /// Variance of the heights; 0 where none is better.
+    pub(crate) variance: f64,
+    /// Their best values.
+    pub(crate) heights: DVector<f64>,
+}
+
+impl Ridge {
+    /// The best common height, relative to these bumps' scale.
+    pub(crate) fn new(scores: &ColumnScores, scale: f64) -> Self {
+        let SymmetricEigen {
+            eigenvalues,
+            eigenvectors,
+        } = SymmetricEigen::new(scores.information.clone());
+        let projected = eigenvectors.tr_mul(&scores.scores.column(0));
+        let seen: Vec<usize> = (0..eigenvalues.len())
+            .filter(|i| eigenvalues[*i] > SEEN)
+            .collect();
+        // Gain in marginal likelihood over no bumps: squares that are taken, less what a common height costs.
+        let gain = |variance: f64| -> f64 {
+            let each = seen.iter().map(|i| {
+                let ratio = eigenvalues[*i] * variance;
+                let square = projected[*i].powi(2) / eigenvalues[*i];
+                0.5 * (square * ratio / (1.0 + ratio) - ratio.ln_1p())
+            });
+            each.sum()
+        };
+        let tried = HEIGHTS.map(|height| (height * scale).powi(2));
+        let (_, variance) = tried
+            .into_iter()
+            .map(|variance| (gain(variance), variance))
+            .fold(
+                (0.0, 0.0),
+                |best, tried| if tried.0 > best.0 { tried } else { best },
+            );
+        let mut heights = DVector::zeros(scores.alone.len());
+        for i in &seen {
+            let (l, u) = (eigenvalues[*i], projected[*i]);
+            heights += eigenvectors.column(*i) * (u * variance / (1.0 + l * variance));
+        }
+        Self { variance, heights }
+    }
+}
 
 /// Distance of bumps on the table in m; their width is the same share of it as for all bumps.
 const SPACING: f64 = 0.09;
