@@ -9,7 +9,7 @@ use world::{
     planar::{Deviation, Frames, Planar, StrikeInput},
 };
 
-use crate::scatter::{ANGLE, CLOCK, FRICTION, Nuisances, SPEED};
+use crate::scatter::{ANGLE, CLOCK, FRICTION, Nuisances, SPEED, VarianceComponents};
 
 /// Parameters that planar form knows; the impact depends on the others, or they are the air's.
 const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "inertia_z"];
@@ -17,8 +17,11 @@ const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "iner
 /// Time, in s, by which a track is simulated beyond its end: differences by the clock look there.
 const MARGIN: f64 = 0.05;
 
-/// Greatest deviation of a launch from its command, relative and in rad, that counts as scatter: more is a gap of the world.
-const LAUNCH_SCATTER: f64 = 0.03;
+/// Greatest deviation of a launch from its command that counts as scatter, in standard deviations of how launches scatter, and its own least and
+/// greatest values, relative and in rad: more is a gap of the world.
+const LAUNCH_SCATTER: f64 = 2.5;
+const LEAST_LAUNCH: f64 = 0.03;
+const GREATEST_LAUNCH: f64 = 0.12;
 /// Greatest deviation, relative and in rad, of the start of a slide that no strike began.
 const UNSTRUCK_LAUNCH: f64 = 0.5;
 
@@ -67,10 +70,10 @@ impl<'a> StrikeSimulator<'a> {
         self.launches.is_none()
     }
 
-    /// Whether deviations from the derivatives' linear prediction are simulated and taken off: planar form is quick enough for it, and a ball rolls
-    /// so far that they count.
+    /// Whether deviations from the derivatives' linear prediction are simulated and taken off: planar form is quick enough for it, a ball rolls so far
+    /// that they count, and no other form knows a box whose tip slips.
     pub(crate) fn goes_beyond(&self) -> bool {
-        !self.is_mujoco() || self.rig.object.shape() == Shape::Sphere
+        !self.is_mujoco() || self.rig.object.shape() != Shape::Cylinder
     }
 
     /// MuJoCo's simulations that one pass over the strikes takes.
@@ -149,6 +152,7 @@ impl StrikeSimulator<'_> {
         world: &World,
         launch: Launch,
         guesses: &[Nuisances],
+        components: &VarianceComponents,
         slopes: &[DMatrix<f64>],
     ) -> Result<Option<Vec<DVector<f64>>>, WorldError> {
         if !self.goes_beyond() {
@@ -160,13 +164,17 @@ impl StrikeSimulator<'_> {
         let beyond = self.strikes.par_iter().enumerate().map(|(i, strike)| {
             let (guess, slopes) = (&guesses[i], &slopes[i]);
             let command = launch.of(strike.command);
-            let most = match strike.conditions.is_unstruck {
-                true => UNSTRUCK_LAUNCH,
-                false => LAUNCH_SCATTER,
+            let within = |place: usize| {
+                let scatter = LAUNCH_SCATTER * components.nuisance[place];
+                let most = match strike.conditions.is_unstruck {
+                    true => UNSTRUCK_LAUNCH,
+                    false => scatter.clamp(LEAST_LAUNCH, GREATEST_LAUNCH),
+                };
+                guess[place].clamp(-most, most)
             };
             let own = Nuisances::from_column_slice(&[
-                guess[SPEED].clamp(-most, most),
-                guess[ANGLE].clamp(-most, most),
+                within(SPEED),
+                within(ANGLE),
                 guess[CLOCK].clamp(-frame, frame),
                 0.0,
                 0.0,
@@ -179,7 +187,7 @@ impl StrikeSimulator<'_> {
                     let shift = Shift {
                         friction,
                         gain,
-                        heading,
+                        heading: 0.0,
                     };
                     let times = &strike.track.t;
                     let until = times.last()? + delay + MARGIN;
@@ -188,7 +196,12 @@ impl StrikeSimulator<'_> {
                         .worker()
                         .strike_until(strike.initial, command, &strike.conditions, until)
                         .ok()?;
-                    let at: Vec<_> = times.iter().map(|t| simulated.at(t + delay)).collect();
+                    let turned =
+                        |at: Point| strike.initial + (at - strike.initial).rotated(heading);
+                    let at: Vec<_> = times
+                        .iter()
+                        .map(|t| turned(simulated.at(t + delay)))
+                        .collect();
                     return Some(stack(&at));
                 };
                 let input = StrikeInput {

@@ -140,7 +140,7 @@ impl Slopes {
         place: &FitPoint,
         free: &[String],
     ) -> Result<Self, WorldError> {
-        let mut by_nuisance = nuisances(lab, &place.world, &place.simulate(lab)?)?;
+        let (mut by_nuisance, by_turn) = nuisances(lab, &place.world, &place.simulate(lab)?)?;
         let by_free = sensitivities(lab, &place.world, place.launch, free)?;
         own_derivatives(
             lab.rig.object.shape(),
@@ -151,8 +151,8 @@ impl Slopes {
         )?;
         let by_fitted = by_free
             .into_iter()
-            .zip(&by_nuisance)
-            .map(|(by_free, by_nuisance)| beside_means(by_free, by_nuisance))
+            .zip(by_turn.iter().zip(&by_nuisance))
+            .map(|(by_free, (by_turn, by_nuisance))| beside_means(by_free, by_turn, by_nuisance))
             .collect();
         Ok(Self {
             by_nuisance,
@@ -220,11 +220,12 @@ pub(crate) fn own_derivatives(
 /// Derivatives by parameters with those by the mean turn and the mean delay after them.
 pub(crate) fn beside_means(
     by_parameters: DMatrix<f64>,
+    by_turn: &DVector<f64>,
     by_nuisance: &DMatrix<f64>,
 ) -> DMatrix<f64> {
     let count = by_parameters.ncols();
     let mut all = by_parameters.resize_horizontally(count + MEANS, 0.0);
-    all.set_column(count, &by_nuisance.column(1));
+    all.set_column(count, by_turn);
     all.set_column(count + 1, &by_nuisance.column(2));
     all
 }
@@ -367,8 +368,10 @@ pub(crate) fn fit(
             .zip(errors.iter())
             .all(|(s, e)| s.abs() < SETTLED * e);
         let guesses: Vec<Nuisances> = all.iter().map(Evidence::nuisance).collect();
+        // Far strikes would move what is common to all, before what they do beyond their derivatives is known.
+        let is_beyond_unknown = beside.goes_beyond() && beyond.is_none();
         let mut moved = None;
-        if !is_settled && iterations < MOST_ITERATIONS {
+        if !(is_settled || is_beyond_unknown) && iterations < MOST_ITERATIONS {
             let now = objective(&all, &weights_now) + known(&place)?;
             // Shorten the step until the objective falls.
             let mut share = 1.0;
@@ -387,7 +390,8 @@ pub(crate) fn fit(
         let goes_on = moved.is_some() || beside.goes_beyond() && iterations < LEAST_ITERATIONS;
         if goes_on {
             let (world, launch) = (&place.world, place.launch);
-            beyond = beside.beyond_slopes(world, launch, &guesses, &slopes.by_nuisance)?;
+            beyond =
+                beside.beyond_slopes(world, launch, &guesses, &components, &slopes.by_nuisance)?;
         }
         let Some(next) = moved else {
             if goes_on {

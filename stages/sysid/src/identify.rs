@@ -67,7 +67,7 @@ pub(crate) fn identifiability(
     let slopes = |names| sensitivities(&lab, &fitted.world, fitted.launch, names);
     let (by_free, by_others) = (slopes(&fitted.free)?, slopes(&others)?);
     let batch = lab.simulate(&fitted.world, fitted.launch)?;
-    let mut launch = nuisances(&lab, &fitted.world, &batch)?;
+    let (mut launch, by_turn) = nuisances(&lab, &fitted.world, &batch)?;
     own_derivatives(
         rig.object.shape(),
         &fitted.world,
@@ -87,7 +87,8 @@ pub(crate) fn identifiability(
             &launch[i],
             &fitted.components,
         );
-        let mut slopes = beside_means(by_free[i].clone(), &launch[i]).resize_horizontally(all, 0.0);
+        let mut slopes =
+            beside_means(by_free[i].clone(), &by_turn[i], &launch[i]).resize_horizontally(all, 0.0);
         slopes
             .columns_mut(free, others.len())
             .copy_from(&by_others[i]);

@@ -98,7 +98,7 @@ fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 27;
+    const VERSION: u32 = 28;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;

@@ -1,6 +1,7 @@
 //! Derivatives of tracks, by large-step differences: small steps read the noise of the contact.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
+use values::{Shape, Strike};
 use world::{World, WorldError, parameter};
 
 use crate::{
@@ -13,12 +14,16 @@ pub(crate) const DIFFERENCE: f64 = 0.01;
 /// Steps of the differences by relative speed, angle (rad) and clock (s).
 pub(crate) const LAUNCH_STEP: (f64, f64, f64) = (0.01, 0.01, 1e-3);
 
-/// Derivatives of every strike's track by the nuisances; they change little as parameters do.
+/// Derivatives of every strike's track by the nuisances, and by a turn of its command; they change little as parameters do.
+///
+/// A strike's own angle turns the way that the object takes. For a round object a turned command does the same; a box on whose face the tip slips
+/// leaves at the edge of the friction's cone, wherever the tip goes, and would need any angle to explain how ways scatter.
 pub(crate) fn nuisances(
     lab: &StrikeSimulator<'_>,
     world: &World,
     base: &Batch,
-) -> Result<Vec<DMatrix<f64>>, WorldError> {
+) -> Result<(Vec<DMatrix<f64>>, Vec<DVector<f64>>), WorldError> {
+    let is_box = lab.rig.object.shape() == Shape::Box;
     let (speed, turn, delay) = LAUNCH_STEP;
     let launch = base.launch();
     let changed = |launch| lab.simulate(world, launch);
@@ -39,16 +44,34 @@ pub(crate) fn nuisances(
             let here = base.track(i, strike, 0.0);
             let mut columns = DMatrix::zeros(2 * n, NUISANCES);
             columns.set_column(0, &((faster.track(i, strike, 0.0) - &here) / speed));
-            columns.set_column(1, &((turned.track(i, strike, 0.0) - &here) / turn));
+            let by_turn = (turned.track(i, strike, 0.0) - &here) / turn;
+            match is_box {
+                true => columns.set_column(1, &turned_about_start(&here, strike)),
+                false => columns.set_column(1, &by_turn),
+            }
             columns.set_column(
                 2,
                 &((base.track(i, strike, delay) - base.track(i, strike, -delay)) / (2.0 * delay)),
             );
             columns.view_mut((0, 3), (n, 1)).fill(1.0);
             columns.view_mut((n, 4), (n, 1)).fill(1.0);
-            columns
+            (columns, by_turn)
         })
-        .collect())
+        .unzip())
+}
+
+/// Derivative of a track (all x, then all y) by a turn of its whole way about where it starts.
+fn turned_about_start(track: &DVector<f64>, strike: &Strike) -> DVector<f64> {
+    let n = strike.track.len();
+    let (x, y) = (track.rows(0, n), track.rows(n, n));
+    let mut turned = DVector::zeros(2 * n);
+    turned
+        .rows_mut(0, n)
+        .copy_from(&(-y.add_scalar(-strike.initial.y)));
+    turned
+        .rows_mut(n, n)
+        .copy_from(&x.add_scalar(-strike.initial.x));
+    turned
 }
 
 /// Derivatives of every strike's track by the named parameters, by central differences kept within their ranges.
