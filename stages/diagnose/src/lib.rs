@@ -55,3 +55,4 @@ pub use error::DiagnoseError;
 pub use input::Input;
 pub use settings::Diagnose;
 pub use thresholds::Thresholds;
+pub use words::{Cause, Dependence, NoiseKind, Note, Purpose, Summary, WhyNot};

@@ -25,12 +25,13 @@ mod weighed;
 pub(crate) use components::Components;
 pub(crate) use covariates::Before;
 pub(crate) use families::{PERMUTED, REAL};
-pub(crate) use order::Form;
-pub(crate) use table::Column;
+pub use order::Form;
+pub use table::Column;
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 use values::{Command, Shape};
 
 use self::{
@@ -67,8 +68,8 @@ const GROUP: &str = "group";
 const RUNS_WITH_ORDER: f64 = 0.5;
 
 /// What a finding is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum What {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum What {
     Column(Column),
     /// Pushes along or across the way, by place.
     Along,

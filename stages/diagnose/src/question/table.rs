@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use values::{Point, Strike};
 use world::GRAVITY;
 
@@ -24,8 +25,8 @@ const LINEAR: [f64; HATS] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const CONSTANT: [f64; HATS] = [1.0; HATS];
 
 /// A column of the table: one number a strike.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Column {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Column {
     /// Launch speed, relative to the world's.
     Launch,
     /// Launch angle, in rad.
