@@ -200,7 +200,7 @@ impl Results {
         let cause = found.and_then(|diagnosis| Some(diagnosis.cause.as_ref()?.to_string()));
         let evaluation = self.evaluation();
         of_fit
-            .cloned()
+            .map(ToString::to_string)
             .chain(without_stop(
                 self.without_stop,
                 self.strikes.len(),

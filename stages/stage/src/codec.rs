@@ -118,7 +118,10 @@ mod tests {
         let of_file: Sentence<Before> = serde_json::from_str(&json).expect("own text");
         let bytes = encode(&of_file, "test").expect("plain data");
         let kept: Sentence<Before> = decode(&bytes, "test").expect("own bytes");
-        assert_eq!((&*kept, kept.finding().is_none()), ("all of 7 strikes", true));
+        assert_eq!(
+            (&*kept, kept.finding().is_none()),
+            ("all of 7 strikes", true)
+        );
     }
 
     #[test]
