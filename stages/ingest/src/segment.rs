@@ -17,6 +17,7 @@ use crate::episode::{EndOfData, Episode, Episodes, IDLE_TIME, Queue, is_finite};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
 use crate::lost::Lost;
+use crate::notes::Note;
 use crate::order::{ClockSetBack, Ordered, seconds};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
@@ -43,7 +44,7 @@ const TRIM_EVERY: u32 = 512;
 pub(crate) struct Segmented {
     pub(crate) strikes: Vec<StrikeSummary>,
     pub(crate) rejects: Vec<Reject>,
-    pub(crate) notes: Vec<String>,
+    pub(crate) notes: Vec<Note>,
     pub(crate) seen: Seen,
 }
 
@@ -602,13 +603,9 @@ impl<'a> Segmenter<'a> {
             let motions = self.counts.idle_motions as usize + untouched.strikes.len();
             let seen = touched.strikes.len() + touched.rejects.len();
             self.counts.idle_motions = motions.saturating_sub(seen) as u64;
-            self.found.notes.extend(camera_delay.map(|delay| {
-                format!(
-                    "the camera's stamps lie {:.1} ms behind the arm's, by {} touches: the tip is looked up so much earlier",
-                    1e3 * delay,
-                    touched.delays.len()
-                )
-            }));
+            let touches = touched.delays.len();
+            let told = camera_delay.map(|delay| Note::CameraDelay { delay, touches });
+            self.found.notes.extend(told);
             touched
         } else {
             untouched
@@ -818,11 +815,8 @@ impl<'a> Segmenter<'a> {
             self.found.seen.behind = self.extras.take_behind();
         } else {
             self.found.seen.is_by_state = true;
-            let why = match self.rig.frames.command {
-                CommandFrame::Tool => "commands in the tool's frame tell no direction",
-                _ => "no command is logged",
-            };
-            self.found.notes.push(format!("{why}: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named"));
+            let are_in_tool_frame = matches!(self.rig.frames.command, CommandFrame::Tool);
+            self.found.notes.push(Note::ByState { are_in_tool_frame });
         }
         self.found.notes.extend(self.counts.notes());
         if !self.is_touched {
