@@ -48,6 +48,7 @@ pub use fences::{FoundFence, fences};
 pub use log::ingest_log;
 pub use notes::Note;
 pub use outcome::{LogFile, LogOutcome, StrikeSummary};
+pub use rejection::Detail;
 pub use seen::{CommandSeen, MotionSeen, Seen};
 pub use settings::Ingest;
 pub use yaw::yaw_of;

@@ -15,6 +15,7 @@ use crate::error::IngestError;
 use crate::frames::LogFrames;
 use crate::notes::Note;
 use crate::outcome::{LogOutcome, StrikeSummary, file_name};
+use crate::rejection::Detail;
 use crate::segment::{CommandSource, Segmenter};
 use crate::settings::Ingest;
 use crate::unmeasured::Unmeasured;
@@ -226,7 +227,7 @@ fn distrust(outcome: &mut LogOutcome<StrikeSummary>, why: &str) {
             index: strike.index,
             t_start: strike.t_start,
             reason: RejectReason::Truncated,
-            detail: format!("the log is damaged, at a place that is not known: {why}"),
+            detail: Detail::DamagedSomewhere { why: why.into() }.into(),
         }));
     outcome.rejects.sort_by_key(|reject| reject.index);
     outcome.seen.slides.clear();

@@ -7,7 +7,8 @@ use std::collections::VecDeque;
 
 use logs::Sample;
 use values::{
-    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Shape, Strike, split_of,
+    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Sentence, Shape, Strike,
+    split_of,
 };
 
 use crate::arm::{Meeting, State, TouchDelay};
@@ -22,7 +23,7 @@ use crate::order::{ClockSetBack, Ordered, seconds};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::pushes::Pushes;
-use crate::rejection::Rejection;
+use crate::rejection::{Detail, Rejection};
 use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered, risen, smeared};
 use crate::slide::{self, Frames};
 use crate::touched::{self, TouchedFlight, TouchedStrike};
@@ -43,7 +44,7 @@ const TRIM_EVERY: u32 = 512;
 #[derive(Default)]
 pub(crate) struct Segmented {
     pub(crate) strikes: Vec<StrikeSummary>,
-    pub(crate) rejects: Vec<Reject>,
+    pub(crate) rejects: Vec<Reject<Sentence<Detail>>>,
     pub(crate) notes: Vec<Note>,
     pub(crate) seen: Seen,
 }
@@ -70,7 +71,7 @@ pub(crate) enum CommandSource {
 #[derive(Default)]
 struct ByState {
     strikes: Vec<Strike>,
-    rejects: Vec<Reject>,
+    rejects: Vec<Reject<Sentence<Detail>>>,
     commands: Vec<CommandSeen>,
     motions: Vec<MotionSeen>,
     delays: Vec<TouchDelay>,
@@ -107,7 +108,7 @@ pub(crate) struct Segmenter<'a> {
     flights: Vec<TouchedFlight>,
     touches: Vec<TouchDelay>,
     /// In a log with commands: commands at which the object moved before, pushes of an object that moved, and those that the tip's touch began.
-    restless: Vec<(Episode, Reject)>,
+    restless: Vec<(Episode, Reject<Sentence<Detail>>)>,
     pushed: Vec<MotionSeen>,
     moved: Vec<(TouchedStrike, TouchedFlight)>,
     reordered: ReorderBuffers,
@@ -115,7 +116,7 @@ pub(crate) struct Segmenter<'a> {
     last_command: Option<i64>,
     since_trim: u32,
     /// The last fault of the centroids' clock, for episodes that find no centroids.
-    clock: Option<String>,
+    clock: Option<Detail>,
     found: Segmented,
     counts: Counts,
 }
@@ -170,9 +171,7 @@ impl<'a> Segmenter<'a> {
         next.into_iter().for_each(|sample| self.see(sample));
         if let Err(ClockSetBack { by, since }) = taken {
             let back = seconds(by);
-            self.close(EndOfData::Clock(format!(
-                "a centroid's stamp lies {back:.3} s before the last one's"
-            )));
+            self.close(EndOfData::Clock(Detail::CentroidSetBack { by: back }));
             since.into_iter().for_each(|sample| self.centroid(sample));
         }
     }
@@ -184,9 +183,7 @@ impl<'a> Segmenter<'a> {
         next.into_iter().for_each(|sample| self.obey(sample));
         if let Err(ClockSetBack { by, since }) = taken {
             let back = seconds(by);
-            self.close(EndOfData::Clock(format!(
-                "a command's stamp lies {back:.3} s before the last one's"
-            )));
+            self.close(EndOfData::Clock(Detail::CommandSetBack { by: back }));
             since.into_iter().for_each(|sample| self.command(sample));
         }
     }
@@ -241,9 +238,7 @@ impl<'a> Segmenter<'a> {
     fn see(&mut self, sample: Sample) {
         match self.last_centroid {
             Some(last) if sample.stamp == last && last == 0 => {
-                self.shut(EndOfData::Clock(
-                    "the centroids' stamps stand still at zero".into(),
-                ));
+                self.shut(EndOfData::Clock(Detail::StampsStandStill));
             }
             // The same message twice, or two detections in one frame: the first counts.
             Some(last) if sample.stamp == last => {
@@ -510,13 +505,13 @@ impl<'a> Segmenter<'a> {
         }
     }
 
-    fn reject(&self, index: u32, stamp: i64, rejection: Rejection) -> Reject {
+    fn reject(&self, index: u32, stamp: i64, rejection: Rejection) -> Reject<Sentence<Detail>> {
         Reject {
             log: self.log.into(),
             index,
             t_start: seconds(stamp),
             reason: rejection.reason,
-            detail: rejection.detail,
+            detail: rejection.detail.into(),
         }
     }
 
@@ -636,7 +631,7 @@ impl<'a> Segmenter<'a> {
             }
             EndOfData::Lost(why) => {
                 if let Some(mut episode) = self.episodes.finish() {
-                    let detail = format!("the log is cut within its command: {why}");
+                    let detail = Detail::CutInCommand { why: why.clone() };
                     episode
                         .fault
                         .get_or_insert_with(|| Rejection::new(RejectReason::Truncated, detail));
@@ -756,11 +751,10 @@ impl<'a> Segmenter<'a> {
             .range(first..end.max(first))
             .copied()
             .collect();
-        if let (true, Some(why)) = (seen.is_empty(), &self.clock) {
-            return Err(Rejection::new(
-                RejectReason::ClockBackwards,
-                format!("no centroid is there; {why}"),
-            ));
+        if let (true, Some(clock)) = (seen.is_empty(), &self.clock) {
+            let clock = Box::new(clock.clone());
+            let detail = Detail::NoCentroid { clock };
+            return Err(Rejection::new(RejectReason::ClockBackwards, detail));
         }
         let frames = Frames::new(&seen, (episode.start(), episode.end()), self.rig)?;
         self.counts.periods.push(frames.period);
