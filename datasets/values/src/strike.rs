@@ -282,9 +282,9 @@ crate::named! {
     }
 }
 
-/// One strike that was seen and not kept.
+/// One strike that was seen and not kept; its detail a finding, or in words alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reject {
+pub struct Reject<D = String> {
     /// File name of its log, without folder.
     pub log: String,
     /// Its place among the strikes seen in that log, from 0.
@@ -294,5 +294,18 @@ pub struct Reject {
     /// Why, from a closed list.
     pub reason: RejectReason,
     /// What was seen, with numbers, for a person.
-    pub detail: String,
+    pub detail: D,
+}
+
+impl<D: ToString> Reject<D> {
+    /// This one with its detail in words alone.
+    pub fn in_words(self) -> Reject {
+        Reject {
+            detail: self.detail.to_string(),
+            log: self.log,
+            index: self.index,
+            t_start: self.t_start,
+            reason: self.reason,
+        }
+    }
 }

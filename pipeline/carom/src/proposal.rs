@@ -7,7 +7,7 @@ use std::path::Path;
 use check::{Finding, LogRead};
 use ingest::{Ingest, LogOutcome};
 use logs::{Event, Limits, LogError, Sample, TopicRequest};
-use values::{FieldTopic, Rig};
+use values::{FieldTopic, Reject, Rig};
 
 use crate::{Error, words};
 
@@ -255,6 +255,7 @@ fn measure(
         rejects,
         ..
     } = &read;
+    let rejects: Vec<Reject> = rejects.iter().cloned().map(Reject::in_words).collect();
     let log = LogRead {
         name: log,
         seen,

@@ -196,10 +196,11 @@ impl Results {
     /// What to look at on the rig before these results are used.
     pub fn warnings(&self) -> Vec<String> {
         let of_fit = self.worlds.iter().flat_map(|worlds| &worlds.fit.warnings);
-        let cause = self.found().and_then(|found| found.diagnosis.cause.clone());
+        let found = self.found().map(|found| &found.diagnosis);
+        let cause = found.and_then(|diagnosis| Some(diagnosis.cause.as_ref()?.to_string()));
         let evaluation = self.evaluation();
         of_fit
-            .cloned()
+            .map(ToString::to_string)
             .chain(without_stop(
                 self.without_stop,
                 self.strikes.len(),

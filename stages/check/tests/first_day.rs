@@ -7,7 +7,7 @@ use check::{Check, Finding, LogRead, Severity, check};
 use ingest::{FoundFence, Ingest, LogOutcome, ingest_log};
 use mistakes::{Lab, MISTAKES, labs, narrow};
 use rig::{FenceTruth, Hidden, PlannedStrike, demo};
-use values::{CommandFrame, Point, RejectReason, Rig, Shape};
+use values::{CommandFrame, Point, Reject, RejectReason, Rig, Shape};
 
 fn checked(lab: &Lab) -> (Check, usize) {
     let folder = tempfile::tempdir().expect("a folder");
@@ -21,13 +21,19 @@ fn checked(lab: &Lab) -> (Check, usize) {
 }
 
 fn checked_as_read(rig: &Rig, read: &[LogOutcome]) -> Check {
+    let in_words = |outcome: &LogOutcome| -> Vec<Reject> {
+        let rejects = outcome.rejects.iter().cloned();
+        rejects.map(Reject::in_words).collect()
+    };
+    let rejects: Vec<Vec<Reject>> = read.iter().map(in_words).collect();
     let logs: Vec<LogRead<'_>> = read
         .iter()
-        .map(|outcome| LogRead {
+        .zip(&rejects)
+        .map(|(outcome, rejects)| LogRead {
             name: &outcome.log,
             seen: &outcome.seen,
             kept: outcome.strikes.len(),
-            rejects: outcome.rejects.iter().collect(),
+            rejects: rejects.iter().collect(),
         })
         .collect();
     check(rig, &logs, &[])

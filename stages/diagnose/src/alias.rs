@@ -3,7 +3,8 @@
 
 use nalgebra::DVector;
 use values::{Point, Rig, Strike};
-use world::effects::{Experiment, Family, effect};
+use world::WorldError;
+use world::effects::{AddedEffect, Experiment, Family, build, effect};
 
 use crate::model::Part;
 
@@ -17,9 +18,8 @@ const STACK: usize = 3;
 /// What is one in these strikes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Alias {
-    /// Commanded speed, commanded angle and start, each with the order.
+    /// Commanded speed and start, each with the order.
     speed: bool,
-    angle: bool,
     start: bool,
     /// All directions, and all places of start.
     is_one_way: bool,
@@ -39,7 +39,6 @@ impl Alias {
         let [x, y] = starts.map(|places| places.variance());
         Self {
             speed: of(|s| s.command.speed),
-            angle: of(|s| s.command.angle),
             start: of(|s| s.initial.x) || of(|s| s.initial.y),
             is_one_way: Experiment { rig, strikes }.is_one_way(),
             one_place: (x + y < ONE_PLACE * ONE_PLACE).then_some(middle),
@@ -78,12 +77,42 @@ impl Alias {
         let is_patch = |part: &&Part| part.name == "friction_patch";
         effects.len() >= STACK || effects.iter().filter(is_patch).any(lies_there)
     }
+}
 
-    /// Whether this effect is one with a drift of the heading, which has no name.
-    pub(crate) fn is_drift_of_heading(self, name: &str) -> bool {
-        let family = effect(name).map(|spec| spec.family);
-        self.angle && matches!(family, Ok(Family::LaunchAngleByCommand))
+/// Whether this effect of the arm is one with a drift of the heading, which has no name: it turns launches by angles that follow the order of strikes,
+/// whether by the commanded angle, the speed or the start.
+pub(crate) fn is_drift_of_heading(
+    rig: &Rig,
+    strikes: &[&Strike],
+    added: &AddedEffect,
+) -> Result<bool, WorldError> {
+    let order = strikes.iter().map(|strike| strike.conditions.order);
+    let order = DVector::from_iterator(strikes.len(), order);
+    let turned = turned(rig, strikes, added)?;
+    Ok(turned.is_some_and(|turned| squared_correlation(&order, &turned) > ONE))
+}
+
+/// By how much an effect that depends on the command or the start turns each launch (rad); none of one that moves stops more by the speed it gives
+/// launches, of which a stop moves by twice the share.
+pub(crate) fn turned(
+    rig: &Rig,
+    strikes: &[&Strike],
+    added: &AddedEffect,
+) -> Result<Option<DVector<f64>>, WorldError> {
+    let family = effect(&added.name)?.family;
+    if !matches!(family, Family::LaunchAngleByCommand | Family::LaunchByPlace) {
+        return Ok(None);
     }
+    let arm = build(added, rig)?;
+    let differs = strikes.iter().map(|strike| {
+        let command = strike.command;
+        let delivered = arm.deliver(command, strike.initial, &strike.conditions);
+        let faster = delivered.speed / command.speed.max(1e-9) - 1.0;
+        (delivered.angle - command.angle, 2.0 * faster)
+    });
+    let (turned, longer): (Vec<f64>, Vec<f64>) = differs.unzip();
+    let (turned, longer) = (DVector::from_vec(turned), DVector::from_vec(longer));
+    Ok((turned.variance() > longer.variance()).then_some(turned))
 }
 
 /// Squared correlation; none of values that do not vary.
@@ -147,7 +176,6 @@ mod tests {
         let by_speed = ["striker_speed_error", "speed_dependent_restitution"];
         assert_eq!(swept.alike("restitution_drift"), by_speed);
         assert!(swept.alike("striker_error_by_place").is_empty());
-        assert!(!swept.is_drift_of_heading("striker_angle_error"));
         let turned = alias(
             |i| Command {
                 speed: 0.5 + 0.02 * mixed(i),
@@ -155,9 +183,45 @@ mod tests {
             },
             place,
         );
-        assert!(turned.is_drift_of_heading("striker_angle_error"));
-        assert!(!turned.is_drift_of_heading("striker_angle_bias"));
         assert!(turned.alike("restitution_drift").is_empty());
+    }
+
+    #[test]
+    fn an_arm_whose_turn_follows_the_order_is_one_with_a_heading_that_drifts() {
+        let mixed = |i: f64| (7.0 * i).rem_euclid(20.0);
+        let rig = Rig::demo(Shape::Cylinder);
+        let is_drift = |strikes: &[Strike], name, parameters: &[(&str, f64)]| {
+            let added = AddedEffect::fixed(name, parameters);
+            let strikes: Vec<&Strike> = strikes.iter().collect();
+            is_drift_of_heading(&rig, &strikes, &added).unwrap()
+        };
+        let command = |speed: f64, angle: f64| Command {
+            speed: 0.5 + 0.02 * speed,
+            angle: 0.03 * angle - 0.3,
+        };
+        let scattered = |i| Point::new(0.3, 0.01 * mixed(i));
+        let by_speed = strikes(|i| command(i, mixed(i)), scattered);
+        let by_angle = strikes(|i| command(mixed(i), i), scattered);
+        let by_start = strikes(
+            |i| command(mixed(i), mixed(i)),
+            |i| Point::new(0.3, 0.01 * i),
+        );
+        let turns = [("gain", 0.2)];
+        assert!(is_drift(&by_angle, "striker_angle_error", &turns));
+        assert!(!is_drift(&by_speed, "striker_angle_error", &turns));
+        assert!(!is_drift(&by_start, "striker_angle_error", &turns));
+        let turns = [("gain", 0.0), ("slope", 0.3)];
+        assert!(is_drift(&by_speed, "striker_angle_error", &turns));
+        assert!(!is_drift(&by_angle, "striker_angle_error", &turns));
+        let turns = [("angle_y", 0.3)];
+        assert!(is_drift(&by_start, "striker_error_by_place", &turns));
+        assert!(!is_drift(&by_speed, "striker_error_by_place", &turns));
+        assert!(!is_drift(
+            &by_start,
+            "striker_error_by_place",
+            &[("speed_y", 0.3)]
+        ));
+        assert!(!is_drift(&by_angle, "striker_angle_bias", &[("bias", 0.1)]));
     }
 
     #[test]

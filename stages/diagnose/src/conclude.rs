@@ -1,20 +1,20 @@
 //! From evidence to a verdict, a world and its gap.
 
-use values::{Point, Strike};
+use values::{Point, Sentence, Strike};
 use world::{
-    World, WorldError,
-    effects::{self, AddedEffect, Origin, effect},
+    World,
+    effects::{AddedEffect, Origin, effect},
 };
 
 use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input,
-    alias::Alias,
+    alias::{self, Alias},
     camera_drift,
     candidates::is_never_named,
     constancy,
     diagnosis::{
-        Detectable, Diagnosis, Gap, NamedEffect, NextStrike, Noise, Parameter, Ranked, SmoothMap,
-        Verdict,
+        Detectable, Diagnosis, Gap, GapDependence, NamedEffect, NextStrike, Noise, Parameter,
+        Ranked, SmoothMap, Verdict,
     },
     evidence::PValue,
     fit::Fitted,
@@ -24,12 +24,12 @@ use crate::{
     model::{FRICTION, RESTITUTION, specification},
     next::{next_strikes, repeats},
     notes,
-    question::{self, Answer, EffectsByOrder},
+    question::{self, Answer, EffectsByOrder, Finding},
     score::DRAWN,
     screen::{Chance, Screened},
     search::{CandidateFit, SelectedEffect, Selection},
     sessions::is_by_session,
-    words,
+    words::{Cause, Dependence, Note, Purpose, Stated, Summary, WhyNot},
 };
 
 /// Standard errors beyond the chance level at which an effect is found in four cases of five.
@@ -63,8 +63,8 @@ pub(crate) struct Case<'c, 'a> {
     /// Whether nearly every object is pushed a second time, so that all were kept.
     pub(crate) are_pushed_again: bool,
     pub(crate) maps: Vec<SmoothMap>,
-    /// Sentences from the steps before.
-    pub(crate) notes: Vec<String>,
+    /// Notes from the steps before.
+    pub(crate) notes: Vec<Note>,
 }
 
 /// A verdict, with the world that comes of it.
@@ -75,9 +75,9 @@ struct Conclusion {
     before: Vec<Option<Point>>,
     after: Vec<Option<Point>>,
     /// What was not named, and why.
-    note: Option<String>,
+    note: Option<Note>,
     /// What stands behind a gap that no candidate explains, where that is known.
-    cause: Option<String>,
+    cause: Option<Cause>,
 }
 
 impl Case<'_, '_> {
@@ -90,7 +90,7 @@ impl Case<'_, '_> {
             .collect();
         let judged = self.judge(&strikes)?;
         let named = match &judged.world {
-            Some(world) => self.named(world, Alias::of(&self.input.rig, &strikes))?,
+            Some(world) => self.named(world, &strikes)?,
             None => Vec::new(),
         };
         let verdict = judged.verdict;
@@ -103,31 +103,48 @@ impl Case<'_, '_> {
             Verdict::Named => notes::not_all(&judged.gap),
             _ => None,
         };
-        let beside = left.into_iter().chain(notes::variation(&judged.gap));
-        let beside: String = beside.map(|beside| format!("; {beside}")).collect();
+        let varies = notes::variation(&judged.gap).map(Note::Varies);
+        let beside = left.into_iter().chain(varies).collect();
         match verdict {
             Verdict::Named => notes.extend(self.at_ends()),
-            Verdict::Unexplained => notes.push(notes::VALUES_HOLD_THE_GAP.into()),
+            Verdict::Unexplained => notes.push(Note::ValuesHoldTheGap),
             Verdict::Consistent => {}
         }
-        notes.extend(
-            judged
-                .world
-                .iter()
-                .flat_map(notes::friction_and_restitution),
-        );
+        notes.extend(judged.world.iter().flat_map(notes::beside_effects));
         let at_end = self.selection.fitted.model.world_at_end();
-        notes.extend(at_end.map(|(name, value)| notes::world_at_end(name, value)));
+        notes.extend(at_end.map(|(name, value)| Note::WorldAtEnd {
+            name: name.into(),
+            value,
+        }));
         let values = &self.selection.fitted.model.values;
-        notes.push(notes::camera_scale(values[FRICTION], values[RESTITUTION]));
+        notes.push(Note::CameraScale {
+            friction: values[FRICTION],
+            restitution: values[RESTITUTION],
+        });
         notes.extend(notes::few_judges(judged.gap.heldout_strikes));
+        let p_value = self.p_value;
+        let summary = match verdict {
+            Verdict::Consistent if p_value.is_real() => Summary::ConsistentAtRest(p_value),
+            Verdict::Consistent if p_value.is_real_as_drawn() => {
+                Summary::ConsistentByFlips(p_value)
+            }
+            Verdict::Consistent => Summary::Consistent(p_value),
+            Verdict::Unexplained => Summary::Unexplained(judged.cause.clone()),
+            Verdict::Named => {
+                let effects = judged.world.iter().flat_map(|world| world.effects.clone());
+                let stated = effects.zip(&named).map(|(effect, named)| Stated {
+                    effect,
+                    equivalent: named.equivalent.clone(),
+                });
+                Summary::Named(stated.collect())
+            }
+        };
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
-                summary: words::summary(verdict, &named, self.p_value, judged.cause.as_deref())
-                    + &beside,
+                summary: Summary::Beside(summary.into(), beside).into(),
                 verdict,
-                cause: judged.cause,
+                cause: judged.cause.map(Sentence::from),
                 p_value: self.p_value.drawn,
                 p_value_signs: self.p_value.flipped,
                 replicates: DRAWN,
@@ -135,7 +152,7 @@ impl Case<'_, '_> {
                 strikes: self.selection.prepared.strikes.len(),
                 r#where: match verdict {
                     Verdict::Consistent => Vec::new(),
-                    _ => words::found(&self.asked),
+                    _ => found(&self.asked),
                 },
                 effects: named,
                 ranking: self.ranking(),
@@ -145,7 +162,7 @@ impl Case<'_, '_> {
                     false => self.next(verdict)?,
                 },
                 detectable: self.detectable(),
-                notes,
+                notes: notes.into_iter().map(Sentence::from).collect(),
                 maps: match verdict {
                     Verdict::Consistent => Vec::new(),
                     _ => self.maps.clone(),
@@ -156,13 +173,18 @@ impl Case<'_, '_> {
     }
 
     /// Notes on forms at the ends of their ranges.
-    fn at_ends(&self) -> Vec<String> {
+    fn at_ends(&self) -> Vec<Note> {
         let fitted = &self.selection.fitted;
         let (model, at_end) = (&fitted.model, fitted.forms_at_end());
         let forms = model.forms().filter(|(i, _, _)| at_end.contains(i));
         let notes = forms.map(|(i, part, name)| {
             let (effect, value) = (model.parts[part].name, model.values[i]);
-            notes::at_end(effect, name, value, specification(effect, name).unit)
+            Note::AtEnd {
+                effect: effect.into(),
+                parameter: name.into(),
+                value,
+                unit: specification(effect, name).unit.into(),
+            }
         });
         notes.collect()
     }
@@ -223,7 +245,7 @@ impl Case<'_, '_> {
             }
         };
         if self.are_pushed_again {
-            let cause = Some(notes::PUSHED_AGAIN.into());
+            let cause = Some(Cause::PushedAgain);
             return Ok(unnamed(Verdict::Unexplained, cause, None));
         }
         // A score that no effect takes, of strikes that depend on nothing that was commanded, on no order and no place, is noise of another
@@ -248,7 +270,7 @@ impl Case<'_, '_> {
             false => Verdict::Consistent,
         };
         if !self.is_real {
-            let cause = self.asked.findings.first().map(words::finding);
+            let cause = self.asked.findings.first().map(depends);
             return Ok(unnamed(Verdict::Unexplained, cause, None));
         }
         let fitted_world = || fitted_world(&self.input.world, fitted, prepared.noise);
@@ -257,31 +279,24 @@ impl Case<'_, '_> {
                 .effects
                 .into_iter()
                 .partition(|added| is_never_named(&added.name));
-            let statements = |all: &[AddedEffect]| -> Result<Vec<String>, WorldError> {
-                all.iter().map(effects::statement).collect()
-            };
-            let cause = statements(&never_named)?.join("; ");
-            let note = notes::beside_never_named(&statements(&others)?);
-            return Ok(unnamed(Verdict::Unexplained, Some(cause), note));
+            let cause = Some(Cause::NeverNamed(never_named));
+            let note = (!others.is_empty()).then_some(Note::BesideNeverNamed(others));
+            return Ok(unnamed(Verdict::Unexplained, cause, note));
         }
         if !self.explains() {
-            let note = (!self.selection.effects.is_empty()).then(|| {
-                notes::not_named(
-                    &self.names(),
-                    "friction or restitution would have to be what no world has",
-                )
-            });
+            let is_found = !self.selection.effects.is_empty();
+            let note = is_found.then(|| notes::not_named(&self.names(), WhyNot::NoSuchWorld));
             let (left, all) = (&self.remaining.findings, &self.asked.findings);
-            let unpaid = self.moves_unpaid.then(|| notes::UNPAID.into());
-            let cause = left.first().or(all.first()).map(words::finding).or(unpaid);
+            let unpaid = self.moves_unpaid.then_some(Cause::Unpaid);
+            let cause = left.first().or(all.first()).map(depends).or(unpaid);
             let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
             return Ok(unnamed(unexplained, cause, note));
         }
         if let Some(name) = fitted.at_its_strongest() {
-            let why = format!("{name} would be as strong as can be, and stands for something else");
-            let cause = self.asked.findings.first().map(words::finding);
+            let why = WhyNot::AtItsStrongest { name: name.into() };
+            let cause = self.asked.findings.first().map(depends);
             let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
-            let note = notes::not_named(&self.names(), &why);
+            let note = notes::not_named(&self.names(), why);
             return Ok(unnamed(unexplained, cause, Some(note)));
         }
         let is_by_order = |name: &&str| effect(name).is_ok_and(|spec| spec.family.is_by_order());
@@ -297,50 +312,47 @@ impl Case<'_, '_> {
         let is_by_order = effects.by_session || effects.drift;
         let contradicting = self.asked.contradicts(effects);
         if let Some(finding) = contradicting.filter(|_| is_by_order) {
-            let note = notes::not_named(
-                &self.names(),
-                "what changes with the order of strikes does so in another form",
-            );
-            return Ok(unnamed(
-                Verdict::Unexplained,
-                Some(words::finding(finding)),
-                Some(note),
-            ));
+            let note = notes::not_named(&self.names(), WhyNot::OtherForm);
+            let cause = Some(depends(finding));
+            return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
         }
         let last = |last: f64, strike: &&Strike| last.max(strike.conditions.order);
         if camera_drift::could_be(fitted, prepared.strikes.iter().fold(0.0, last))
             || camera_drift::could_be_by_session(prepared, fitted)?
         {
-            let note = notes::not_named(&self.names(), "a camera that drifts would do the same");
-            let cause = Some(notes::CAMERA_DRIFTS.into());
+            let note = notes::not_named(&self.names(), WhyNot::CameraDrifts);
+            let cause = Some(Cause::CameraDrifts);
             return Ok(unnamed(unexplained, cause, Some(note)));
         }
         let alias = Alias::of(rig, strikes);
-        if self
-            .names()
-            .into_iter()
-            .any(|n| alias.is_drift_of_heading(n))
-        {
-            let note = notes::not_named(&self.names(), "a heading that drifts would do the same");
-            let cause = Some(notes::ANGLES_IN_ORDER.into());
+        let parts = fitted.model.fitted_parts(&fitted.model.values);
+        let mut is_drift_of_heading = false;
+        for part in &parts {
+            let values: Vec<(&str, f64)> =
+                part.parameters.iter().map(|(n, v)| (&**n, *v)).collect();
+            let added = AddedEffect::fixed(part.name, &values);
+            is_drift_of_heading |= alias::is_drift_of_heading(rig, strikes, &added)?;
+        }
+        if is_drift_of_heading {
+            let note = notes::not_named(&self.names(), WhyNot::HeadingDrifts);
+            let cause = Some(Cause::HeadingInOrder);
             return Ok(unnamed(unexplained, cause, Some(note)));
         }
-        let parts = fitted.model.fitted_parts(&fitted.model.values);
         if alias.is_along_every_slide(&parts) {
-            let note = notes::not_named(&self.names(), "all strikes start at one place");
-            let cause = Some(notes::FROM_ONE_PLACE.into());
+            let note = notes::not_named(&self.names(), WhyNot::OnePlace);
+            let cause = Some(Cause::OnePlace);
             return Ok(unnamed(unexplained, cause, Some(note)));
         }
         if let Some(changing) = constancy::changing(self.selection, self.stage.seed) {
-            let note = notes::not_named(&self.names(), "it does not act alike in all strikes");
-            let cause = Some(notes::changes(&changing));
+            let note = notes::not_named(&self.names(), WhyNot::ActsInPart);
+            let cause = Some(Cause::ActsInPart {
+                name: changing.name.into(),
+                is_by_session: changing.is_by_session,
+            });
             return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
         }
         if fitted.is_far_from_round(prepared) {
-            let note = notes::not_named(
-                &self.names(),
-                "tracks still leave the world's by far more than the camera's stated noise",
-            );
+            let note = notes::not_named(&self.names(), WhyNot::TracksStillDiffer);
             return Ok(unnamed(Verdict::Unexplained, None, Some(note)));
         }
         // A box may tip and turn in its own way, but not by where it is; and no launch pushes on the way.
@@ -350,18 +362,15 @@ impl Case<'_, '_> {
         };
         let on_the_way = self.asked.push_above_all();
         let pushed = [
-            (
-                by_place.filter(|_| self.is_astray),
-                "objects are pushed by where they are, which none of it does",
-            ),
+            (by_place.filter(|_| self.is_astray), WhyNot::PushedByPlace),
             (
                 on_the_way.filter(|_| self.names().iter().all(is_of_launch)),
-                "objects are pushed on their way, which no launch does",
+                WhyNot::PushedOnTheWay,
             ),
         ];
         for (finding, why) in pushed {
             if let Some(finding) = finding {
-                let cause = Some(words::finding(finding));
+                let cause = Some(depends(finding));
                 let note = notes::not_named(&self.names(), why);
                 return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
             }
@@ -384,18 +393,15 @@ impl Case<'_, '_> {
             false => self.remaining.great_beside(&self.asked, great * certainty),
         };
         if is_much_left || finding.is_some() {
-            let note = notes::not_named(
-                &self.names(),
-                "beside it stops are off by as much again as repeats scatter by",
-            );
+            let note = notes::not_named(&self.names(), WhyNot::MuchIsLeft);
             return Ok(unnamed(
                 Verdict::Unexplained,
-                finding.map(words::finding),
+                finding.map(depends),
                 Some(note),
             ));
         }
         if !heldout::pays(&self.gains.stop) {
-            let note = notes::not_named(&self.names(), &notes::does_not_pay(&self.gains));
+            let note = notes::not_named(&self.names(), notes::does_not_pay(&self.gains));
             return Ok(unnamed(unexplained, None, Some(note)));
         }
         Ok(Conclusion {
@@ -428,12 +434,16 @@ impl Case<'_, '_> {
         }
     }
 
-    fn named(&self, world: &World, alias: Alias) -> Result<Vec<NamedEffect>, DiagnoseError> {
+    fn named(&self, world: &World, strikes: &[&Strike]) -> Result<Vec<NamedEffect>, DiagnoseError> {
+        let rig = &self.input.rig;
+        let alias = Alias::of(rig, strikes);
         world
             .effects
             .iter()
             .zip(&self.selection.effects)
             .map(|(added, selected)| {
+                // What drifts at the impact changes speeds, and turns no launch.
+                let turns = alias::turned(rig, strikes, added)?.is_some();
                 Ok(NamedEffect {
                     name: added.name.clone(),
                     parameters: added
@@ -450,11 +460,12 @@ impl Case<'_, '_> {
                             (name.clone(), parameter)
                         })
                         .collect(),
-                    statement: effects::statement(added)?,
+                    statement: added.clone().into(),
                     evidence: selected.evidence,
                     equivalent: {
                         let mut alike = selected.equivalent.clone();
                         let more = alias.alike(selected.name).into_iter();
+                        let more = more.filter(|_| !turns);
                         let names = self.names();
                         let more = more.filter(|n| !names.contains(n) && !alike.contains(n));
                         alike.extend(more.collect::<Vec<_>>());
@@ -531,8 +542,8 @@ impl Case<'_, '_> {
             .filter(|(i, rival)| *i == 0 || selected.equivalent.contains(&rival.name))
             .map(|(_, rival)| rival)
             .collect();
-        let names: Vec<&str> = rivals.iter().map(|rival| rival.name).collect();
-        let why = format!("{} or {}", selected.name, names.join(" or "));
+        let names = rivals.iter().map(|rival| rival.name.into());
+        let why = Purpose::Separate([selected.name.into()].into_iter().chain(names).collect());
         let fitted: Vec<&Fitted> = rivals.iter().map(|rival| &rival.fitted).collect();
         Ok(next_strikes(
             &self.selection.prepared,
@@ -543,4 +554,27 @@ impl Case<'_, '_> {
             self.stage,
         )?)
     }
+}
+
+/// A finding of the question as what stands behind the gap.
+fn depends(finding: &Finding) -> Cause {
+    Cause::Dependence(finding.into())
+}
+
+/// What the question found, the largest first: of each covariate, the finding that moves stops most.
+fn found(answer: &Answer) -> Vec<GapDependence> {
+    let mut first: Vec<&Finding> = Vec::new();
+    for found in &answer.findings {
+        if first.iter().all(|other| other.covariate != found.covariate) {
+            first.push(found);
+        }
+    }
+    let all: f64 = first.iter().map(|found| found.size.powi(2)).sum();
+    let dependence = |found: &&Finding| GapDependence {
+        covariate: found.covariate.into(),
+        description: Dependence::from(*found).into(),
+        p_value: found.p_value,
+        share: found.size.powi(2) / all.max(f64::MIN_POSITIVE),
+    };
+    first.iter().map(dependence).collect()
 }

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use world::World;
+use values::Sentence;
+use world::{AddedEffect, World};
+
+use crate::words::{Cause, Dependence, Note, Purpose, Summary};
 
 /// A diagnosis, as `diagnosis.json` holds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -11,10 +14,10 @@ pub struct Diagnosis {
     /// What was found.
     pub verdict: Verdict,
     /// One sentence for a person.
-    pub summary: String,
+    pub summary: Sentence<Summary>,
     /// What stands behind a gap that no candidate explains, and what to do about it, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cause: Option<String>,
+    pub cause: Option<Sentence<Cause>>,
     /// Probability of a gap like this one, or a larger, if only launches, friction and camera scattered: the share of
     /// residuals drawn from the fitted noise that show as much, everything that was looked at counted. Never below
     /// 1/(1 + `replicates`), but where the arm's logged state shows a gap: then what its own test says, in both probabilities.
@@ -42,8 +45,8 @@ pub struct Diagnosis {
     pub next_strikes: Vec<NextStrike>,
     /// For each candidate, the least size that these strikes would have shown.
     pub detectable: Vec<Detectable>,
-    /// Sentences on what was dropped, or is short of data.
-    pub notes: Vec<String>,
+    /// What was dropped, or is short of data.
+    pub notes: Vec<Sentence<Note>>,
     /// How much of the gap smooth maps without physics would take; empty where there is no gap.
     #[serde(default)]
     pub maps: Vec<SmoothMap>,
@@ -123,7 +126,7 @@ pub struct GapDependence {
     /// `speed`, `angle`, `position`, `order`, `session`, `phase`, …
     pub covariate: String,
     /// What the gap depends on, in a sentence.
-    pub description: String,
+    pub description: Sentence<Dependence>,
     /// Probability of such a dependence by chance, corrected for all dependences that were tested.
     pub p_value: f64,
     /// Square of how far this dependence moves stops, over the sum of the squares of all that are listed.
@@ -138,7 +141,7 @@ pub struct NamedEffect {
     /// Its parameters.
     pub parameters: BTreeMap<String, Parameter>,
     /// One sentence that states the fitted values to a person.
-    pub statement: String,
+    pub statement: Sentence<AddedEffect>,
     /// Gain in log-likelihood that it brings beside the other effects named.
     pub evidence: f64,
     /// Candidates that these data cannot distinguish from it.
@@ -237,7 +240,7 @@ pub struct NextStrike {
     /// Commanded angle, in rad.
     pub angle: f64,
     /// What this strike would separate, or measure.
-    pub why: String,
+    pub why: Sentence<Purpose>,
 }
 
 /// The least size of an effect that these strikes would have shown.

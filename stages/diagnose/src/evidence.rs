@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
 use statrs::statistics::{Data, OrderStatistics};
 
 use crate::{
@@ -74,8 +75,8 @@ impl<'s> Statistic<'s> {
 }
 
 /// How likely chance alone gains as much as something that was looked at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PValue {
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PValue {
     /// By residuals drawn from the fitted world and its noise.
     pub(crate) drawn: f64,
     /// By flipping the signs of whole strikes' scores.

@@ -53,3 +53,4 @@ pub use diagnosis::{
 pub use error::DiagnoseError;
 pub use settings::{Diagnose, Input};
 pub use thresholds::Thresholds;
+pub use words::{Cause, Dependence, NoiseKind, Note, Purpose, Summary, WhyNot};

@@ -16,6 +16,7 @@ use crate::{
     mixed::posterior,
     model::CLOCK,
     strikes::{Nuisances, PreparedStrikes, stack},
+    words::Purpose,
 };
 
 /// Speeds, angles and places along each side from which strikes are chosen, the ends of each range among them.
@@ -48,7 +49,7 @@ pub(crate) fn next_strikes(
     world: &World,
     named: &Fitted,
     rivals: &[&Fitted],
-    why: &str,
+    why: &Purpose,
     settings: &Diagnose,
 ) -> Result<Vec<NextStrike>, WorldError> {
     let rig = seen.rig;
@@ -141,7 +142,7 @@ pub(crate) fn next_strikes(
                 y0: strike.initial.y,
                 speed: strike.command.speed,
                 angle: strike.command.angle,
-                why: why.into(),
+                why: why.clone().into(),
             }
         })
         .collect())
@@ -171,7 +172,7 @@ pub(crate) fn repeats(seen: &[&Strike], settings: &Diagnose) -> Vec<NextStrike> 
         y0: seen[place].initial.y,
         speed: seen[place].command.speed,
         angle: seen[place].command.angle,
-        why: "scatter of repeats, or what no question finds".into(),
+        why: Purpose::Repeats.into(),
     });
     let again = strike.into_iter().cycle();
     again.take(settings.next_strikes).collect()

@@ -29,12 +29,12 @@ use crate::{
     sessions::is_by_session,
     strikes::PreparedStrikes,
     usable::FEWEST,
-    words,
+    words::{Cause, Note, Summary, WhyNot},
 };
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 65;
+    const VERSION: u32 = 66;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -54,19 +54,19 @@ impl Stage for Diagnose {
         let gap = &diagnosis.gap;
         let cause = match diagnosis.verdict {
             Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
-                Some(notes::WORLD_OF_OTHER_STRIKES.into())
+                Some(Cause::WorldOfOtherStrikes)
             }
             Verdict::Consistent
                 if f64::max(gap.wander, gap.sessions) > CHANGES * gap.noise_floor =>
             {
-                notes::variation(gap)
+                notes::variation(gap).map(Cause::Varies)
             }
             _ => None,
         };
         if let Some(cause) = cause {
             diagnosis.verdict = Verdict::Unexplained;
-            diagnosis.summary = words::unexplained(Some(&cause));
-            diagnosis.cause = Some(cause);
+            diagnosis.summary = Summary::Unexplained(Some(cause.clone())).into();
+            diagnosis.cause = Some(cause.into());
         }
         Ok(found)
     }
@@ -205,11 +205,11 @@ impl Diagnose {
             }
             None => false,
         };
-        let mut notes: Vec<String> = note.into_iter().collect();
+        let mut notes: Vec<Note> = note.into_iter().collect();
         notes.extend(notes::little(&little));
         notes.extend(notes::left_out(&usable, pushed));
         notes.extend(notes::turned(rig, &selection.prepared.strikes));
-        notes.extend(is_astray.then(notes::astray));
+        notes.extend(is_astray.then_some(Note::Astray));
 
         progress.set_message("how far the gap shrinks");
         let maps = if is_real {
@@ -343,7 +343,7 @@ fn is_astray(selection: &Selection<'_>) -> bool {
 }
 
 /// The effects, if together they predict strikes that took no part in their fit better, beyond chance. Otherwise none, with those that do not as
-/// `unpaid`, and a sentence that says so.
+/// `unpaid`, and a note that says so.
 fn paying(selection: Selection<'_>) -> Result<Paying<'_>, DiagnoseError> {
     if selection.effects.is_empty() {
         return Ok(Paying::all(selection, Gains::default()));
@@ -356,12 +356,9 @@ fn paying(selection: Selection<'_>) -> Result<Paying<'_>, DiagnoseError> {
     if heldout::is_beyond_chance(&likelihood) {
         return Ok(Paying::all(selection, gains));
     }
-    let (sum, error) = heldout::total(&likelihood);
+    let (gain, error) = heldout::total(&likelihood);
     let names: Vec<&str> = selection.effects.iter().map(|effect| effect.name).collect();
-    let why = format!(
-        "fitted to four fifths of the strikes, it predicts the others no better beyond chance: {sum:+.1} ± {error:.1} of log-likelihood"
-    );
-    let note = notes::not_named(&names, &why);
+    let note = notes::not_named(&names, WhyNot::PredictsNoBetter { gain, error });
     let none = Selection {
         prepared: selection.prepared.clone(),
         null: selection.null.clone(),
@@ -392,9 +389,9 @@ fn moved_by_all(selection: &Selection<'_>) -> Result<f64, DiagnoseError> {
 struct Paying<'a> {
     selection: Selection<'a>,
     gains: Gains,
-    /// The effects that were found and do not pay, and the sentence that says so.
+    /// The effects that were found and do not pay, and the note that says so.
     unpaid: Option<Selection<'a>>,
-    note: Option<String>,
+    note: Option<Note>,
 }
 
 impl<'a> Paying<'a> {

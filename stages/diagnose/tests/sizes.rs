@@ -30,8 +30,8 @@ fn diagnosed(hidden: &str, half_side: f64, radius: f64, seed: u64) -> Diagnosis 
 }
 
 fn says_so(found: &Diagnosis) -> bool {
-    let told = |note: &String| note.contains("measure both sizes");
-    found.notes.iter().any(told)
+    let mut notes = found.notes.iter();
+    notes.any(|note| note.contains("measure both sizes"))
 }
 
 #[test]

@@ -59,6 +59,7 @@ pub(crate) fn join(mut outcomes: Vec<LogOutcome<StrikeSummary>>) -> (Vec<Place>,
     let mut rejects: Vec<Reject> = outcomes
         .iter_mut()
         .flat_map(|outcome| std::mem::take(&mut outcome.rejects))
+        .map(Reject::in_words)
         .collect();
     let strike = |place: &Place| &outcomes[place.log].strikes[place.strike];
     let log = |place: &Place| &outcomes[place.log];

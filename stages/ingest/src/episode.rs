@@ -8,7 +8,7 @@ use values::{Point, RejectReason, Rig};
 
 use crate::identity::AFTER;
 use crate::order::{seconds, since};
-use crate::rejection::Rejection;
+use crate::rejection::{Detail, Rejection};
 
 /// Share of the speed of the robot's slowest strike below which the arm is idle.
 const IDLE: f64 = 0.05;
@@ -82,8 +82,8 @@ impl Episode {
             *last = command;
         }
         self.fault.get_or_insert_with(|| {
-            let detail =
-                format!("the command does not fall back to rest within {MOST_COMMANDS} messages");
+            let messages = MOST_COMMANDS;
+            let detail = Detail::CommandGoesOn { messages };
             Rejection::new(RejectReason::NoPlateau, detail)
         });
     }
@@ -205,7 +205,7 @@ pub(crate) enum EndOfData {
     /// Messages are missing from here on.
     Lost(String),
     /// A clock was set back.
-    Clock(String),
+    Clock(Detail),
 }
 
 impl EndOfData {
@@ -218,8 +218,8 @@ impl EndOfData {
         let needed = episode.end().saturating_add(AFTER);
         match ending {
             Some(Self::Lost(why)) if last_centroid.is_none_or(|last| last <= needed) => {
-                let after = seconds(AFTER);
-                let detail = format!("the log is cut within {after} s after its command: {why}");
+                let (after, why) = (seconds(AFTER), why.clone());
+                let detail = Detail::CutAfterCommand { after, why };
                 Err(Rejection::new(RejectReason::Truncated, detail))
             }
             _ => Ok(()),
@@ -232,15 +232,17 @@ impl EndOfData {
             rejection.reason,
             RejectReason::NoRestAfter | RejectReason::NoMotion | RejectReason::FramesMissing
         );
+        let seen = Box::new(rejection.detail.clone());
         match ending {
-            Some(Self::Lost(why)) if unseen => Rejection::new(
-                RejectReason::Truncated,
-                format!("{}; the log is cut here: {why}", rejection.detail),
-            ),
-            Some(Self::Clock(why)) if unseen => Rejection::new(
-                RejectReason::ClockBackwards,
-                format!("{}; {why}", rejection.detail),
-            ),
+            Some(Self::Lost(why)) if unseen => {
+                let why = why.clone();
+                Rejection::new(RejectReason::Truncated, Detail::CutHere { seen, why })
+            }
+            Some(Self::Clock(clock)) if unseen => {
+                let clock = Box::new(clock.clone());
+                let detail = Detail::ClockEndsHere { seen, clock };
+                Rejection::new(RejectReason::ClockBackwards, detail)
+            }
             _ => rejection,
         }
     }

@@ -9,6 +9,7 @@ use logs::Sample;
 use values::{Rig, Strike};
 
 use crate::arm::{LaunchContext, Meeting, State, TouchDelay, behind, delay, delivered, meeting};
+use crate::notes::Note;
 use crate::order::Stamped;
 use crate::robust::median;
 use crate::yaw::{YawSample, yaw};
@@ -181,13 +182,8 @@ impl Extras {
     }
 
     /// Notes on the log's states and poses.
-    pub(crate) fn notes(&self) -> impl Iterator<Item = String> {
-        let early = (self.early > 0).then(|| {
-            format!(
-                "{} strikes went on before the arm's states or the object's poses of their time came: in this log one topic lies far behind another",
-                self.early
-            )
-        });
+    pub(crate) fn notes(&self) -> impl Iterator<Item = Note> + use<> {
+        let early = (self.early > 0).then_some(Note::StatesLate(self.early));
         let late: Vec<f64> = self
             .late
             .iter()
@@ -196,13 +192,10 @@ impl Extras {
             .collect();
         let (count, of) = (late.len(), self.late.len());
         let is_told = SHARE * count >= of.max(SHARE);
-        let late = is_told.then(|| {
-            format!(
-                "in {count} of {of} strikes the object was seen to move {:.0} ms (median) after the arm began to brake: the camera is late, or the \
-                 tip meets objects as it brakes. What the arm delivered is read before it brakes; `frames.camera_delay` in the rig file says how late \
-                 the camera is",
-                1e3 * median(late)
-            )
+        let late = is_told.then(|| Note::MotionsLate {
+            count,
+            of,
+            by: median(late),
         });
         early.into_iter().chain(late)
     }

@@ -5,14 +5,17 @@ use std::path::Path;
 use logs::read::Extent;
 use logs::{Event, Limits, LogError, Summary, TopicRequest};
 use values::{
-    CommandFrame, FieldTopic, Point, PoseTopic, Reject, RejectReason, Rig, StateTopic, Strike,
+    CommandFrame, FieldTopic, Point, PoseTopic, Reject, RejectReason, Rig, Sentence, StateTopic,
+    Strike,
 };
 
 use crate::arm::State;
 use crate::episode::EndOfData;
 use crate::error::IngestError;
 use crate::frames::LogFrames;
+use crate::notes::Note;
 use crate::outcome::{LogOutcome, StrikeSummary, file_name};
+use crate::rejection::Detail;
 use crate::segment::{CommandSource, Segmenter};
 use crate::settings::Ingest;
 use crate::unmeasured::Unmeasured;
@@ -181,6 +184,7 @@ fn read_by(
     })?;
     segmenter.close(EndOfData::End);
     let segmented = segmenter.finish();
+    let notes = notes(&summary, topics).into_iter().chain(segmented.notes);
     let mut outcome = LogOutcome {
         left_out: None,
         whole: summary
@@ -189,13 +193,12 @@ fn read_by(
             .all(|damage| damage.extent == Extent::Index),
         strikes: segmented.strikes,
         rejects: segmented.rejects,
-        notes: notes(&summary, topics),
+        notes: notes.map(Sentence::from).collect(),
         log: log.into(),
         sha256: summary.sha256.clone(),
         messages: summary.messages,
         seen: segmented.seen,
     };
-    outcome.notes.extend(segmented.notes);
     if let Some(damage) = summary
         .damage
         .iter()
@@ -204,16 +207,12 @@ fn read_by(
         distrust(&mut outcome, &damage.why);
     }
     if unmeasured.any {
-        outcome.notes.push(format!(
-            "{} moves its place and tells no velocity: velocities are taken from the places",
-            state.name
-        ));
+        let topic = state.name.clone();
+        outcome.notes.push(Note::NoVelocity { topic }.into());
     }
     let slides = outcome.seen.slides.len();
     if slides > 0 {
-        outcome.notes.push(format!(
-            "{slides} slides that no strike began, as after a hand's push, are kept: they teach how the table brakes, and nothing of the arm"
-        ));
+        outcome.notes.push(Note::Slides(slides).into());
     }
     Ok((outcome, summary))
 }
@@ -228,7 +227,7 @@ fn distrust(outcome: &mut LogOutcome<StrikeSummary>, why: &str) {
             index: strike.index,
             t_start: strike.t_start,
             reason: RejectReason::Truncated,
-            detail: format!("the log is damaged, at a place that is not known: {why}"),
+            detail: Detail::DamagedSomewhere { why: why.into() }.into(),
         }));
     outcome.rejects.sort_by_key(|reject| reject.index);
     outcome.seen.slides.clear();
@@ -237,24 +236,20 @@ fn distrust(outcome: &mut LogOutcome<StrikeSummary>, why: &str) {
 /// Greatest number of damaged places of a log that are listed one by one.
 const PLACES: usize = 10;
 
-fn notes(summary: &Summary, wanted: &[TopicRequest<'_>]) -> Vec<String> {
-    let mut notes: Vec<String> = summary
-        .damage
-        .iter()
-        .take(PLACES)
-        .map(|damage| match damage.extent {
-            Extent::Rest => format!("truncated at byte {}: {}", damage.offset, damage.why),
-            Extent::Part => format!("damaged at byte {}: {}", damage.offset, damage.why),
-            Extent::Unlocated => format!("damaged before byte {}: {}", damage.offset, damage.why),
-            Extent::Index => format!(
-                "all messages were read, but the index is not whole: {}",
-                damage.why
-            ),
-        })
-        .collect();
+fn notes(summary: &Summary, wanted: &[TopicRequest<'_>]) -> Vec<Note> {
+    let listed = summary.damage.iter().take(PLACES);
+    let listed = listed.map(|damage| {
+        let (offset, why) = (damage.offset, damage.why.clone());
+        match damage.extent {
+            Extent::Rest => Note::Truncated { offset, why },
+            Extent::Part => Note::Damaged { offset, why },
+            Extent::Unlocated => Note::DamagedBefore { offset, why },
+            Extent::Index => Note::IndexDamaged { why },
+        }
+    });
+    let mut notes: Vec<Note> = listed.collect();
     if summary.damage.len() > PLACES {
-        let more = summary.damage.len() - PLACES;
-        notes.push(format!("damaged in {more} more places"));
+        notes.push(Note::DamagedInMore(summary.damage.len() - PLACES));
     }
     for (
         index,
@@ -264,23 +259,22 @@ fn notes(summary: &Summary, wanted: &[TopicRequest<'_>]) -> Vec<String> {
     ) in wanted.iter().enumerate()
     {
         if *required && summary.topics.iter().all(|there| there.name != topic.name) {
-            notes.push(format!(
-                "topic {} was not found: it may be in what is damaged",
-                topic.name
-            ));
+            let topic = topic.name.clone();
+            notes.push(Note::NoTopic { topic });
         }
         let (count, why) = &summary.undecodable[index];
         if *count > 0 {
-            notes.push(format!(
-                "{count} messages of {} could not be decoded, the first because {why}",
-                topic.name
-            ));
+            notes.push(Note::Undecodable {
+                count: *count,
+                topic: topic.name.clone(),
+                why: why.clone(),
+            });
         }
         if summary.unstamped[index] {
-            notes.push(format!(
-                "{} has no `{}`: log times were taken",
-                topic.name, topic.stamp
-            ));
+            notes.push(Note::Unstamped {
+                topic: topic.name.clone(),
+                stamp: topic.stamp.to_string(),
+            });
         }
     }
     notes

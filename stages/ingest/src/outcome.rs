@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use values::{Reject, Strike};
+use values::{Reject, Sentence, Strike};
 
 use crate::caught::Braking;
 use crate::error::IngestError;
 use crate::identity::places_id;
+use crate::notes::Note;
+use crate::rejection::Detail;
 use crate::seen::Seen;
 
 /// A log to ingest: known by its name and content, wherever it lies.
@@ -71,9 +73,9 @@ pub struct LogOutcome<S = Strike> {
     /// Strikes that were kept, by index; their order among all logs is not yet known.
     pub strikes: Vec<S>,
     /// Strikes that were rejected, by index.
-    pub rejects: Vec<Reject>,
+    pub rejects: Vec<Reject<Sentence<Detail>>>,
     /// What a person should know of the log: damage, messages that could not be decoded, frames left out.
-    pub notes: Vec<String>,
+    pub notes: Vec<Sentence<Note>>,
     /// Commands and motions, whatever became of them.
     #[serde(default)]
     pub seen: Seen,

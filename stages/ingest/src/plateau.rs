@@ -7,7 +7,7 @@ use values::{Command, RejectReason, Rig};
 
 use crate::episode::{is_finite, speed};
 use crate::order::since;
-use crate::rejection::Rejection;
+use crate::rejection::{Detail, Rejection};
 use crate::robust::median;
 
 /// Greatest relative difference of speeds on a plateau.
@@ -26,15 +26,15 @@ pub(crate) fn plateau(commands: &[Sample], rig: &Rig) -> Result<Command, Rejecti
     let stamp = |command: Option<&Sample>| command.map_or(0, |command| command.stamp);
     let (start, end) = (stamp(commands.first()), stamp(commands.last()));
     if let Some(wrong) = commands.iter().find(|command| !is_finite(command)) {
-        let detail = format!("a command is ({}, {}) m/s", wrong.x, wrong.y);
+        let Sample { x, y, .. } = *wrong;
+        let detail = Detail::CommandNotFinite { x, y };
         return Err(Rejection::new(RejectReason::NotFinite, detail));
     }
     if end <= start {
-        let detail = format!(
-            "all {} commands have the stamp {} ns",
-            commands.len(),
-            start
-        );
+        let detail = Detail::CommandsOfOneStamp {
+            commands: commands.len(),
+            stamp: start,
+        };
         let reason = if commands.len() > 1 {
             RejectReason::ClockBackwards
         } else {
@@ -47,22 +47,19 @@ pub(crate) fn plateau(commands: &[Sample], rig: &Rig) -> Result<Command, Rejecti
         .or_else(|| held(&speeds))
         .or_else(|| clipped(commands, &speeds))
         .ok_or_else(|| {
-            let detail = format!(
-                "of {} commands in {:.2} s up to {:.3} m/s, no {PLATEAU_COMMANDS} in a row are alike within {} %, and those at the top \
-                 cannot be separated from the ramps: hold the speed longer, or log the command more often",
-                speeds.len(),
-                since(start, end),
-                speeds.iter().copied().fold(0.0, f64::max),
-                100.0 * PLATEAU_TOLERANCE
-            );
+            let detail = Detail::NoPlateau {
+                commands: speeds.len(),
+                seconds: since(start, end),
+                fastest: speeds.iter().copied().fold(0.0, f64::max),
+                alike: PLATEAU_COMMANDS,
+                within: PLATEAU_TOLERANCE,
+            };
             Rejection::new(RejectReason::NoPlateau, detail)
         })?;
     let speed = median(speeds[plateau.clone()].iter().copied());
     if speed > IMPLAUSIBLE * rig.robot.speed.high {
-        let detail = format!(
-            "the commanded speed is {speed:.3}, the robot's fastest is {} m/s: are commands in mm/s?",
-            rig.robot.speed.high
-        );
+        let fastest = rig.robot.speed.high;
+        let detail = Detail::CommandsInMillimetres { speed, fastest };
         return Err(Rejection::new(RejectReason::UnitsImplausible, detail));
     }
     let (x, y) = commands[plateau]
@@ -84,7 +81,7 @@ pub(crate) fn at_contact(states: &[Sample], first_motion: i64) -> Result<Command
     let near = &states[from.min(before.saturating_sub(STATES))..before];
     let finite: Vec<&Sample> = near.iter().filter(|state| is_finite(state)).collect();
     if finite.is_empty() {
-        let detail = "the object moves before the arm does";
+        let detail = Detail::MovesBeforeArm;
         return Err(Rejection::new(RejectReason::ClockSkew, detail));
     }
     let (x, y) = finite

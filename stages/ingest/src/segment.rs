@@ -7,7 +7,8 @@ use std::collections::VecDeque;
 
 use logs::Sample;
 use values::{
-    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Shape, Strike, split_of,
+    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Sentence, Shape, Strike,
+    split_of,
 };
 
 use crate::arm::{Meeting, State, TouchDelay};
@@ -17,11 +18,12 @@ use crate::episode::{EndOfData, Episode, Episodes, IDLE_TIME, Queue, is_finite};
 use crate::extras::{Extras, Waiting};
 use crate::identity::strike_id;
 use crate::lost::Lost;
+use crate::notes::Note;
 use crate::order::{ClockSetBack, Ordered, seconds};
 use crate::outcome::StrikeSummary;
 use crate::plateau::{at_contact, plateau};
 use crate::pushes::Pushes;
-use crate::rejection::Rejection;
+use crate::rejection::{Detail, Rejection};
 use crate::seen::{CommandSeen, MotionSeen, Seen, Watch, gathered, risen, smeared};
 use crate::slide::{self, Frames};
 use crate::touched::{self, TouchedFlight, TouchedStrike};
@@ -42,8 +44,8 @@ const TRIM_EVERY: u32 = 512;
 #[derive(Default)]
 pub(crate) struct Segmented {
     pub(crate) strikes: Vec<StrikeSummary>,
-    pub(crate) rejects: Vec<Reject>,
-    pub(crate) notes: Vec<String>,
+    pub(crate) rejects: Vec<Reject<Sentence<Detail>>>,
+    pub(crate) notes: Vec<Note>,
     pub(crate) seen: Seen,
 }
 
@@ -69,7 +71,7 @@ pub(crate) enum CommandSource {
 #[derive(Default)]
 struct ByState {
     strikes: Vec<Strike>,
-    rejects: Vec<Reject>,
+    rejects: Vec<Reject<Sentence<Detail>>>,
     commands: Vec<CommandSeen>,
     motions: Vec<MotionSeen>,
     delays: Vec<TouchDelay>,
@@ -106,7 +108,7 @@ pub(crate) struct Segmenter<'a> {
     flights: Vec<TouchedFlight>,
     touches: Vec<TouchDelay>,
     /// In a log with commands: commands at which the object moved before, pushes of an object that moved, and those that the tip's touch began.
-    restless: Vec<(Episode, Reject)>,
+    restless: Vec<(Episode, Reject<Sentence<Detail>>)>,
     pushed: Vec<MotionSeen>,
     moved: Vec<(TouchedStrike, TouchedFlight)>,
     reordered: ReorderBuffers,
@@ -114,7 +116,7 @@ pub(crate) struct Segmenter<'a> {
     last_command: Option<i64>,
     since_trim: u32,
     /// The last fault of the centroids' clock, for episodes that find no centroids.
-    clock: Option<String>,
+    clock: Option<Detail>,
     found: Segmented,
     counts: Counts,
 }
@@ -169,9 +171,7 @@ impl<'a> Segmenter<'a> {
         next.into_iter().for_each(|sample| self.see(sample));
         if let Err(ClockSetBack { by, since }) = taken {
             let back = seconds(by);
-            self.close(EndOfData::Clock(format!(
-                "a centroid's stamp lies {back:.3} s before the last one's"
-            )));
+            self.close(EndOfData::Clock(Detail::CentroidSetBack { by: back }));
             since.into_iter().for_each(|sample| self.centroid(sample));
         }
     }
@@ -183,9 +183,7 @@ impl<'a> Segmenter<'a> {
         next.into_iter().for_each(|sample| self.obey(sample));
         if let Err(ClockSetBack { by, since }) = taken {
             let back = seconds(by);
-            self.close(EndOfData::Clock(format!(
-                "a command's stamp lies {back:.3} s before the last one's"
-            )));
+            self.close(EndOfData::Clock(Detail::CommandSetBack { by: back }));
             since.into_iter().for_each(|sample| self.command(sample));
         }
     }
@@ -240,9 +238,7 @@ impl<'a> Segmenter<'a> {
     fn see(&mut self, sample: Sample) {
         match self.last_centroid {
             Some(last) if sample.stamp == last && last == 0 => {
-                self.shut(EndOfData::Clock(
-                    "the centroids' stamps stand still at zero".into(),
-                ));
+                self.shut(EndOfData::Clock(Detail::StampsStandStill));
             }
             // The same message twice, or two detections in one frame: the first counts.
             Some(last) if sample.stamp == last => {
@@ -509,13 +505,13 @@ impl<'a> Segmenter<'a> {
         }
     }
 
-    fn reject(&self, index: u32, stamp: i64, rejection: Rejection) -> Reject {
+    fn reject(&self, index: u32, stamp: i64, rejection: Rejection) -> Reject<Sentence<Detail>> {
         Reject {
             log: self.log.into(),
             index,
             t_start: seconds(stamp),
             reason: rejection.reason,
-            detail: rejection.detail,
+            detail: rejection.detail.into(),
         }
     }
 
@@ -602,13 +598,9 @@ impl<'a> Segmenter<'a> {
             let motions = self.counts.idle_motions as usize + untouched.strikes.len();
             let seen = touched.strikes.len() + touched.rejects.len();
             self.counts.idle_motions = motions.saturating_sub(seen) as u64;
-            self.found.notes.extend(camera_delay.map(|delay| {
-                format!(
-                    "the camera's stamps lie {:.1} ms behind the arm's, by {} touches: the tip is looked up so much earlier",
-                    1e3 * delay,
-                    touched.delays.len()
-                )
-            }));
+            let touches = touched.delays.len();
+            let told = camera_delay.map(|delay| Note::CameraDelay { delay, touches });
+            self.found.notes.extend(told);
             touched
         } else {
             untouched
@@ -639,7 +631,7 @@ impl<'a> Segmenter<'a> {
             }
             EndOfData::Lost(why) => {
                 if let Some(mut episode) = self.episodes.finish() {
-                    let detail = format!("the log is cut within its command: {why}");
+                    let detail = Detail::CutInCommand { why: why.clone() };
                     episode
                         .fault
                         .get_or_insert_with(|| Rejection::new(RejectReason::Truncated, detail));
@@ -759,11 +751,10 @@ impl<'a> Segmenter<'a> {
             .range(first..end.max(first))
             .copied()
             .collect();
-        if let (true, Some(why)) = (seen.is_empty(), &self.clock) {
-            return Err(Rejection::new(
-                RejectReason::ClockBackwards,
-                format!("no centroid is there; {why}"),
-            ));
+        if let (true, Some(clock)) = (seen.is_empty(), &self.clock) {
+            let clock = Box::new(clock.clone());
+            let detail = Detail::NoCentroid { clock };
+            return Err(Rejection::new(RejectReason::ClockBackwards, detail));
         }
         let frames = Frames::new(&seen, (episode.start(), episode.end()), self.rig)?;
         self.counts.periods.push(frames.period);
@@ -818,11 +809,8 @@ impl<'a> Segmenter<'a> {
             self.found.seen.behind = self.extras.take_behind();
         } else {
             self.found.seen.is_by_state = true;
-            let why = match self.rig.frames.command {
-                CommandFrame::Tool => "commands in the tool's frame tell no direction",
-                _ => "no command is logged",
-            };
-            self.found.notes.push(format!("{why}: strikes are found by the arm's measured state, and what it delivered stands for the command; no error of the arm can be named"));
+            let are_in_tool_frame = matches!(self.rig.frames.command, CommandFrame::Tool);
+            self.found.notes.push(Note::ByState { are_in_tool_frame });
         }
         self.found.notes.extend(self.counts.notes());
         if !self.is_touched {

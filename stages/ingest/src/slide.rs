@@ -33,7 +33,7 @@ use crate::bounces::{Bounce, turned_round};
 use crate::grazes::graze;
 use crate::lost::is_jump;
 use crate::order::since;
-use crate::rejection::Rejection;
+use crate::rejection::{Detail, Rejection};
 
 /// Ratio of a frame's speed to the slide's first from which it is another's doing: a slide only slows down.
 const FASTER: f64 = 2.0;
@@ -147,10 +147,8 @@ fn find_among(frames: &Frames<'_>) -> Result<StrikeSummary, Rejection> {
     let (arrival, stop, last, end_of_track) = match ended {
         Some((end, why)) => {
             if end < first + FEWEST_CENSORED {
-                let detail = format!(
-                    "{} frames after first motion the object meets something, or leaves the table: too few to tell anything",
-                    end - first
-                );
+                let frames = end - first;
+                let detail = Detail::EndsTooSoon { frames };
                 return Err(Rejection::new(RejectReason::NoRestAfter, detail));
             }
             (end - 1, frames.frames[end - 1].point, end, why)
@@ -241,17 +239,13 @@ fn missing(
     let widest = |from: usize, to: usize| (from..to).map(gap).fold(0.0, f64::max);
     let gap = widest(first + 1, (arrival + FRAMES_AFTER).min(last));
     if gap > GAP_LATER * period {
-        let detail = format!(
-            "{:.1} ms without a frame after first motion; frames come every {:.1} ms",
-            1e3 * gap,
-            1e3 * period
-        );
+        let detail = Detail::GapAfterMotion { gap, period };
         return Err(Rejection::new(RejectReason::FramesMissing, detail));
     }
-    let there = (arrival - first) as f64;
+    let there = arrival - first;
     let due = (all[arrival].t - all[first].t) / period;
-    if there < (1.0 - MOST_MISSING) * due - 1.0 {
-        let detail = format!("{there} of {due:.0} frames of the slide are there");
+    if (there as f64) < (1.0 - MOST_MISSING) * due - 1.0 {
+        let detail = Detail::FramesMissing { there, due };
         return Err(Rejection::new(RejectReason::FramesMissing, detail));
     }
     Ok(())
@@ -271,11 +265,10 @@ fn carried(frames: &Frames<'_>, first: usize, arrival: usize, noise: f64) -> Res
         let most = FASTER * fastest * apart(at) + SURELY_AWAY_NOISE * noise;
         let is_late = at >= first + BEGINNING;
         if (is_late && step(at) > most) || is_jump(step(at), apart(at), frames.rig) {
-            let detail = format!(
-                "{:.3} s after first motion, not yet at rest, the object jumps {:.1} mm from one frame to the next",
-                all[at].t - all[first].t,
-                1e3 * step(at)
-            );
+            let detail = Detail::Jumps {
+                after: all[at].t - all[first].t,
+                by: step(at),
+            };
             return Err(Rejection::new(RejectReason::NoRestAfter, detail));
         }
     }

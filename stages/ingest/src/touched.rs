@@ -10,7 +10,7 @@ use values::{Command, Delivered, End, Point, RejectReason, Rig, Shape, Track};
 use crate::arm::{Meeting, TouchDelay, touch_delay};
 use crate::bounces::{Break, FRAMES, Flight, TIME, Touch};
 use crate::order::{seconds, since};
-use crate::rejection::Rejection;
+use crate::rejection::{Detail, Rejection};
 use crate::robust::{mean_near_median, median, median_point};
 use crate::slide::{Frame, held, held_until, is_rest, outliers, reaches_fence};
 
@@ -189,21 +189,18 @@ pub(crate) fn strike(
     let cleaned = without_outliers(&flight.frames, rig.camera.noise);
     let (frames, end, stop) = seen(&cleaned, flight.is_broken, rig);
     if frames.len() < FEWEST {
-        let detail = format!(
-            "{} frames after the impact the object meets something, or is seen no more: too few to tell anything",
-            frames.len()
-        );
+        let frames = frames.len();
+        let detail = Detail::EndsAfterImpact { frames };
         return Err(Rejection::new(RejectReason::NoRestAfter, detail));
     }
     let (first, last) = (&frames[0], &frames[frames.len() - 1]);
     let gone = place(first).distance(place(last));
     let freely = begun.bounce.after.norm() * since(first.stamp, last.stamp);
     if end != End::Rest && gone < SLIDES * freely {
-        let detail = format!(
-            "after the impact the object goes {:.0} mm where it would slide {:.0} mm unbraked, and does not rest: something holds it, or pushes it on",
-            1e3 * gone,
-            1e3 * freely
-        );
+        let detail = Detail::HeldOrPushed {
+            gone,
+            unbraked: freely,
+        };
         return Err(Rejection::new(RejectReason::NoRestAfter, detail));
     }
     let first = first.stamp;
@@ -246,10 +243,8 @@ pub(crate) fn command(
         Shape::Cylinder | Shape::Sphere => (initial - touch.position).dot(across) / reach,
     };
     if speed <= 0.0 || aside.abs() > GRAZES {
-        let detail = format!(
-            "the tip meets the object {:.0} mm beside its centre, at {speed:.2} m/s: it only grazes it",
-            1e3 * aside * reach
-        );
+        let aside = aside * reach;
+        let detail = Detail::Grazed { aside, speed };
         return Err(Rejection::new(RejectReason::NoMotion, detail));
     }
     Ok(Command {

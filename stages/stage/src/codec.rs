@@ -48,8 +48,10 @@ pub(crate) fn decode<T: DeserializeOwned>(
 mod tests {
     use std::collections::BTreeMap;
 
+    use derive_more::Display;
     use proptest::prelude::*;
     use serde::Deserialize;
+    use values::Sentence;
 
     use super::*;
 
@@ -96,6 +98,30 @@ mod tests {
         fn strange_bytes_are_an_error_and_no_crash(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
             let _ = decode::<Value>(&bytes, "test").map_err(|error| error.to_string());
         }
+    }
+
+    #[test]
+    fn a_sentence_is_kept_as_its_finding_and_read_back_in_the_words_of_today() {
+        #[derive(Display, Serialize, Deserialize)]
+        #[display("{_0} strikes")]
+        struct Before(usize);
+        #[derive(Debug, Display, PartialEq, Serialize, Deserialize)]
+        #[display("all of {_0} strikes")]
+        struct Today(usize);
+        let bytes = encode(&Sentence::from(Before(7)), "test").expect("plain data");
+        let read: Sentence<Today> = decode(&bytes, "test").expect("own bytes");
+        assert_eq!(read.finding(), Some(&Today(7)));
+        assert_eq!(&*read, "all of 7 strikes");
+        // A file for people has the words alone, and whoever read them keeps them.
+        let json = serde_json::to_string(&read).expect("plain data");
+        assert_eq!(json, "\"all of 7 strikes\"");
+        let of_file: Sentence<Before> = serde_json::from_str(&json).expect("own text");
+        let bytes = encode(&of_file, "test").expect("plain data");
+        let kept: Sentence<Before> = decode(&bytes, "test").expect("own bytes");
+        assert_eq!(
+            (&*kept, kept.finding().is_none()),
+            ("all of 7 strikes", true)
+        );
     }
 
     #[test]

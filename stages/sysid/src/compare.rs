@@ -18,7 +18,7 @@ const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "iner
 const MARGIN: f64 = 0.05;
 
 /// Greatest deviation of a launch from its command that counts as scatter, in standard deviations of how launches scatter, and its own least and
-/// greatest values, relative and in rad: more is a gap of the world.
+/// greatest values, relative and in rad: more is a gap of the world, and so is scatter that is as great as is allowed for.
 const LAUNCH_SCATTER: f64 = 2.5;
 const LEAST_LAUNCH: f64 = 0.03;
 const GREATEST_LAUNCH: f64 = 0.12;
@@ -165,7 +165,10 @@ impl StrikeSimulator<'_> {
             let (guess, slopes) = (&guesses[i], &slopes[i]);
             let command = launch.of(strike.command);
             let within = |place: usize| {
-                let scatter = LAUNCH_SCATTER * components.nuisance[place];
+                let scatter = match components.is_at_bound(place) {
+                    true => 0.0,
+                    false => LAUNCH_SCATTER * components.nuisance[place],
+                };
                 let most = match strike.conditions.is_unstruck {
                     true => UNSTRUCK_LAUNCH,
                     false => scatter.clamp(LEAST_LAUNCH, GREATEST_LAUNCH),

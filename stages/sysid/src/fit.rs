@@ -10,6 +10,7 @@ use crate::{
     SysidError,
     compare::{Batch, Launch, StrikeSimulator},
     huber::{objective, weights},
+    notes::Note,
     scatter::{self, Evidence, FRICTION, Nuisances, SPEED, VarianceComponents},
     slopes::{DIFFERENCE, LAUNCH_STEP, nuisances, sensitivities},
 };
@@ -61,8 +62,8 @@ impl Fitted {
         self
     }
 
-    /// Sentences on parameters that ended at a bound of their range.
-    pub(crate) fn at_bounds(&self) -> Vec<String> {
+    /// Parameters that ended at a bound of their range.
+    pub(crate) fn at_bounds(&self) -> Vec<Note> {
         self.free
             .iter()
             .filter_map(|name| {
@@ -71,24 +72,22 @@ impl Fitted {
                 let margin = 1e-3 * (spec.high - spec.low);
                 // A table may have no friction, and a share is from none to all.
                 let is_least = value < spec.low + margin && name != "friction";
-                ((is_least || value > spec.high - margin) && name != IN_SLIP)
-                    .then(|| format!("{name} ended at the bound of its range, {value:.4}: the model lacks something, or the rig file is off"))
+                ((is_least || value > spec.high - margin) && name != IN_SLIP).then(|| {
+                    Note::AtBound {
+                        name: name.clone(),
+                        value,
+                    }
+                })
             })
             .collect()
     }
 
-    /// A sentence on launches that are all turned alike.
-    pub(crate) fn bias(&self) -> Option<String> {
-        let turn = self.free.len();
-        let error = self.information.clone().try_inverse()?[(turn, turn)].sqrt();
-        (self.launch.turn.abs() > STEADY * error).then(|| {
-            format!(
-                "strikes leave {:.2}° ± {:.2}° beside their angles on average (commanded, or delivered where the arm's state is \
-                 logged), which this world does not model: an effect or a residual model has to",
-                self.launch.turn.to_degrees(),
-                2.0 * error.to_degrees()
-            )
-        })
+    /// Launches that are all turned alike.
+    pub(crate) fn bias(&self) -> Option<Note> {
+        let place = self.free.len();
+        let error = self.information.clone().try_inverse()?[(place, place)].sqrt();
+        let (turn, half) = (self.launch.turn, 2.0 * error);
+        (turn.abs() > STEADY * error).then_some(Note::Turned { turn, half })
     }
 }
 

@@ -7,6 +7,7 @@ use world::{PARAMETERS, WorldError};
 use crate::{
     compare::StrikeSimulator,
     fit::{Fitted, MEANS, beside_means, own_derivatives},
+    notes::Note,
     scatter::Evidence,
     slopes::{nuisances, sensitivities},
 };
@@ -23,8 +24,8 @@ pub(crate) const WORTH: f64 = 12.0;
 /// Which parameters the data could determine.
 #[derive(Default)]
 pub(crate) struct Identifiability {
-    /// One sentence for each group of parameters that cannot be determined.
-    pub(crate) notes: Vec<String>,
+    /// One for each group of parameters that cannot be determined.
+    pub(crate) notes: Vec<Note>,
     /// A parameter that the data determine, and that explains more of them.
     pub(crate) worth_freeing: Option<String>,
     pub(crate) simulations: u64,
@@ -129,17 +130,13 @@ pub(crate) fn identifiability(
     }
     let mut notes = Vec::new();
     if !blind.is_empty() {
-        notes.push(format!(
-            "these strikes say nothing of {}: kept as they were",
-            blind.join(", ")
-        ));
+        notes.push(Note::Blind(blind));
     }
     if !aliased.is_empty() {
-        notes.push(format!(
-            "these strikes do not distinguish {} from {}: kept as they were",
-            aliased.join(", "),
-            fitted.free.join(" and ")
-        ));
+        notes.push(Note::Aliased {
+            kept: aliased,
+            freed: fitted.free.clone(),
+        });
     }
     Ok(Identifiability {
         notes,

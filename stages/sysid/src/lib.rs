@@ -13,6 +13,7 @@ mod fit;
 mod huber;
 mod identify;
 mod interval;
+mod notes;
 mod pushes;
 mod scatter;
 mod sizes;
@@ -23,12 +24,13 @@ mod wander;
 mod wanted;
 
 pub use error::SysidError;
+pub use notes::{Note, Scattering};
 
 use compare::{Launch, StrikeSimulator};
 use identify::Identifiability;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
-use values::{Rig, Shape, Solid, Split, Strike, arm_scatter, delivered_strikes};
+use values::{Rig, Sentence, Shape, Solid, Split, Strike, arm_scatter, delivered_strikes};
 use world::{World, WorldError, parameter};
 
 /// How to identify.
@@ -78,22 +80,11 @@ pub struct Fit {
     pub iterations: u32,
     /// Strikes that MuJoCo simulated; those in planar form, and impacts alone, are not counted.
     pub simulations: u64,
-    /// Sentences on what to look at on the rig before this world is used: strikes that were left out, sizes that the strikes contradict, what
+    /// What to look at on the rig before this world is used: strikes that were left out, sizes that the strikes contradict, what
     /// went to a bound.
-    pub warnings: Vec<String>,
-    /// Sentences on what the data cannot determine, and what this world does not model.
-    pub notes: Vec<String>,
-}
-
-fn pushed_again(count: usize, of: usize, are_left_out: bool) -> String {
-    let end = if are_left_out {
-        "left out"
-    } else {
-        "kept, for they are most, or too few others are there"
-    };
-    format!(
-        "in {count} of {of} strikes the object speeds up again after it slowed down, as if the arm went on behind it or the table moved: {end}"
-    )
+    pub warnings: Vec<Sentence<Note>>,
+    /// What the data cannot determine, and what this world does not model.
+    pub notes: Vec<Sentence<Note>>,
 }
 
 impl Stage for Sysid {
@@ -281,11 +272,11 @@ impl Stage for Sysid {
         }
         let mut warnings = Vec::new();
         if again > 0 {
-            warnings.push(pushed_again(
-                again,
-                sliding.len(),
-                launched.len() < sliding.len(),
-            ));
+            warnings.push(Note::PushedAgain {
+                count: again,
+                of: sliding.len(),
+                are_left_out: launched.len() < sliding.len(),
+            });
         }
         warnings.extend(not_taught);
         warnings.extend(sizes.note);
@@ -295,11 +286,10 @@ impl Stage for Sysid {
         notes.extend(fitted.bias());
         notes.extend(start::held(&input.world, &fitted));
         if strikes.len() > launched.len() {
-            notes.push(format!(
-                "{} slides that no strike began teach friction beside {} strikes",
-                strikes.len() - launched.len(),
-                launched.len()
-            ));
+            notes.push(Note::SlidesTeach {
+                slides: strikes.len() - launched.len(),
+                strikes: launched.len(),
+            });
         }
         Ok(Fit {
             rms_before: rms(&input.world)?,
@@ -312,8 +302,8 @@ impl Stage for Sysid {
                 + sizes.simulations
                 + 2 * strikes.len() as u64,
             world,
-            warnings,
-            notes,
+            warnings: warnings.into_iter().map(Sentence::from).collect(),
+            notes: notes.into_iter().map(Sentence::from).collect(),
         })
     }
 }

@@ -4,6 +4,8 @@
 
 use values::{Strike, free_slides, median};
 
+use crate::notes::Note;
+
 /// Least number of strikes that tell how the table brakes.
 const FEWEST: usize = 8;
 /// A slide agrees within so many standard deviations of the strikes' decelerations, or within this part of their median and this much (m/s²);
@@ -15,17 +17,17 @@ const FARTHEST: f64 = 0.5;
 /// Standard deviation of a normal distribution by its median absolute deviation.
 const MAD_TO_SD: f64 = 1.4826;
 
-/// The slides that identification may use, and sentences on the others.
+/// The slides that identification may use, and what is told of the others.
 pub(crate) struct Teaching {
     pub(crate) slides: Vec<Strike>,
-    pub(crate) warning: Option<String>,
+    pub(crate) warning: Option<Note>,
 }
 
 /// Chooses the slides that agree with the strikes. Without strikes, all are kept, and that is said; with too few strikes, or where fewer than half of
 /// the slides agree, which they may by chance, none is.
 pub(crate) fn teaching(struck: &[&Strike], slides: Vec<Strike>) -> Teaching {
     let count = slides.len();
-    let without = |warning: String| Teaching {
+    let without = |warning| Teaching {
         slides: Vec::new(),
         warning: Some(warning),
     };
@@ -36,26 +38,22 @@ pub(crate) fn teaching(struck: &[&Strike], slides: Vec<Strike>) -> Teaching {
         };
     }
     if struck.is_empty() {
-        let warning = format!(
-            "{count} slides that no strike began teach alone: no strike tells whether they slid, or whether a hand carried what moved"
-        );
         let are_free = free_slides(&slides.iter().collect::<Vec<_>>());
         let slides = slides.into_iter().zip(are_free);
         return Teaching {
             slides: slides
                 .filter_map(|(slide, is_free)| is_free.then_some(slide))
                 .collect(),
-            warning: Some(warning),
+            warning: Some(Note::SlidesAlone { slides: count }),
         };
     }
     let braked: Vec<f64> = struck.iter().filter_map(|s| s.deceleration()).collect();
     let usual = median(braked.clone()).filter(|_| braked.len() >= FEWEST);
     let Some(usual) = usual else {
-        return without(format!(
-            "{count} slides that no strike began are left out: {} strikes are too few to tell whether they slid as the table brakes, or whether a \
-             hand carried what moved",
-            braked.len()
-        ));
+        return without(Note::TooFewToJudgeSlides {
+            slides: count,
+            strikes: braked.len(),
+        });
     };
     let off = braked.iter().map(|braked| (braked - usual).abs()).collect();
     let deviation = MAD_TO_SD * median(off).unwrap_or(0.0);
@@ -67,23 +65,19 @@ pub(crate) fn teaching(struck: &[&Strike], slides: Vec<Strike>) -> Teaching {
     };
     let (alike, others): (Vec<Strike>, Vec<Strike>) = slides.into_iter().partition(agrees);
     let agree = alike.len();
-    let [low, high] = [usual - most, usual + most].map(|end| end.max(0.0));
-    let why = format!(
-        "strikes slide with a deceleration of {usual:.2} m/s², so that {low:.2} to {high:.2} is a slide; they are taken for what a hand carried"
-    );
+    let carried = Note::CarriedByHand {
+        agree,
+        of: count,
+        are_all: 2 * agree < count,
+        usual,
+        agreeing: [usual - most, usual + most].map(|end| end.max(0.0)),
+    };
     if 2 * agree < count {
-        return without(format!(
-            "{count} slides that no strike began are left out, {agree} of which agree with the strikes by chance: {why}"
-        ));
+        return without(carried);
     }
     Teaching {
         slides: alike,
-        warning: (!others.is_empty()).then(|| {
-            format!(
-                "{} of {count} slides that no strike began are left out: {why}",
-                others.len()
-            )
-        }),
+        warning: (!others.is_empty()).then_some(carried),
     }
 }
 
@@ -120,7 +114,10 @@ mod tests {
     /// Number of slides that are kept beside these strikes, and what is said of the others.
     fn taught(struck: &[Strike], pushes: Vec<Strike>) -> (usize, String) {
         let found = teaching(&struck.iter().collect::<Vec<_>>(), pushes);
-        (found.slides.len(), found.warning.unwrap_or_default())
+        let said = found
+            .warning
+            .map_or(String::new(), |warning| warning.to_string());
+        (found.slides.len(), said)
     }
 
     #[test]

@@ -8,14 +8,16 @@
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use world::Scatter;
 
+use crate::notes::{Note, Scattering};
+
 /// Speed, angle, clock, resting x, resting y, friction.
 pub(crate) const NUISANCES: usize = 6;
 /// Places of the nuisances whose scatter is estimated, and of those that are a robot's or a table's, each with its name.
 const ESTIMATED: [usize; 4] = [SPEED, ANGLE, CLOCK, FRICTION];
-const BOUNDED: [(usize, &str); 3] = [
-    (SPEED, "launch speed"),
-    (ANGLE, "launch angle"),
-    (FRICTION, "friction"),
+const BOUNDED: [(usize, Scattering); 3] = [
+    (SPEED, Scattering::Speed),
+    (ANGLE, Scattering::Angle),
+    (FRICTION, Scattering::Friction),
 ];
 /// Places of a strike's own launch, clock and friction among the nuisances.
 pub(crate) const SPEED: usize = 0;
@@ -83,21 +85,19 @@ impl VarianceComponents {
         }
     }
 
-    /// A sentence for each scatter that is as great as is allowed for.
-    pub(crate) fn at_bounds(&self) -> Vec<String> {
-        BOUNDED
-            .iter()
-            .filter(|(i, _)| self.nuisance[*i] > 0.999 * GREATEST)
-            .map(|(i, what)| {
-                let bound = match *i {
-                    ANGLE => format!("{:.0}°", GREATEST.to_degrees()),
-                    _ => format!("{:.0} %", 100.0 * GREATEST),
-                };
-                format!(
-                    "{what} scatters from strike to strike by as much as is allowed for, {bound}: the model lacks something"
-                )
-            })
-            .collect()
+    /// Each scatter that is as great as is allowed for.
+    pub(crate) fn at_bounds(&self) -> impl Iterator<Item = Note> {
+        let at_bound = BOUNDED.into_iter();
+        let at_bound = at_bound.filter(|(i, _)| self.is_at_bound(*i));
+        at_bound.map(|(_, of)| Note::ScatterAtBound {
+            of,
+            bound: GREATEST,
+        })
+    }
+
+    /// Whether a robot's or a table's scatter is as great as is allowed for.
+    pub(crate) fn is_at_bound(&self, place: usize) -> bool {
+        self.nuisance[place] > 0.999 * GREATEST
     }
 
     /// Largest relative change of a standard deviation.

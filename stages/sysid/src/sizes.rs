@@ -11,6 +11,7 @@ use world::WorldError;
 use crate::{
     compare::StrikeSimulator,
     fit::Fitted,
+    notes::Note,
     scatter::{ANGLE, SPEED},
     wanted::Wanted,
 };
@@ -27,8 +28,8 @@ const FARTHEST: f64 = 1.5;
 /// What the strikes say about the rig file's sizes.
 #[derive(Default)]
 pub(crate) struct Sizes {
-    /// A sentence, where they contradict the rig file.
-    pub(crate) note: Option<String>,
+    /// Set where they contradict the rig file.
+    pub(crate) note: Option<Note>,
     pub(crate) simulations: u64,
 }
 
@@ -118,66 +119,13 @@ pub(crate) fn contradicted(
         .map(|(residual, (nominal, there))| residual - (there - nominal))
         .collect();
     let arm = angles.filter(|_| !is_measured);
-    sizes.note = Wanted::new(fitted, &residuals, &there.slopes).map(|second| {
-        let half = second.limit(0.05) * second.error;
-        sentence(rig, first.change + second.change, half, arm.as_ref())
+    let second = Wanted::new(fitted, &residuals, &there.slopes);
+    sizes.note = second.map(|second| Note::WrongSizes {
+        half_sides: rig.object.solid.half_sides().unwrap_or_default(),
+        radius: rig.striker.radius,
+        ratio: first.change + second.change,
+        half: second.limit(0.05) * second.error,
+        arm: arm.map(|arm| 1.0 + arm.change),
     });
     Ok(sizes)
-}
-
-/// The sentence for a logarithm of r/h that is off by `change` ± `half`.
-fn sentence(rig: &Rig, change: f64, half: f64, arm: Option<&Wanted>) -> String {
-    let size = |number: f64, change: f64| {
-        let wanted = 1e3 * number * change.exp();
-        format!(
-            "{wanted:.1} ± {:.1} mm for {:.1} mm",
-            wanted * half,
-            1e3 * number
-        )
-    };
-    let [x, y] = rig.object.solid.half_sides().unwrap_or_default();
-    let sides = if x == y {
-        size(x, -change)
-    } else {
-        format!("{} and {}", size(x, -change), size(y, -change))
-    };
-    let mut text = format!(
-        "the strikes want another size than the rig file's: object.half_size {sides}, or striker.radius {} (95 %, where the other is \
-         right); measure both, correct the rig file and run again",
-        size(rig.striker.radius, change)
-    );
-    if let Some(arm) = arm {
-        text += &format!(
-            "; an arm that strikes at {:.2} times the commanded angle looks alike",
-            1.0 + arm.change
-        );
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use values::Solid;
-
-    use super::*;
-
-    #[test]
-    fn a_sentence_names_every_number_that_may_be_wrong() {
-        let mut rig = Rig::demo(Shape::Box);
-        let change = 1.1f64.ln();
-        let text = sentence(&rig, change, 0.04, None);
-        assert!(
-            text.contains("object.half_size 27.3 ± 1.1 mm for 30.0 mm, or striker.radius 13.2 ± 0.5 mm for 12.0 mm"),
-            "{text}"
-        );
-        assert!(!text.contains("arm"), "{text}");
-        rig.object.solid = Solid::Box {
-            half_size: [0.03, 0.044, 0.02],
-        };
-        let text = sentence(&rig, change, 0.04, None);
-        assert!(
-            text.contains("27.3 ± 1.1 mm for 30.0 mm and 40.0 ± 1.6 mm for 44.0 mm"),
-            "{text}"
-        );
-    }
 }

@@ -7,6 +7,7 @@ use values::{Point, Rig, Strike, median};
 use world::{GRAVITY, World, parameter};
 
 use crate::fit::{Fitted, IN_SLIP, ROLLS};
+use crate::notes::Note;
 
 /// Name of the parameter that decides how far aside a box can be sent.
 pub(crate) const HOLDS: &str = "tip_friction";
@@ -67,12 +68,13 @@ pub(crate) fn holds(rig: &Rig, strikes: &[&Strike], tip_friction: f64) -> bool {
         .is_none_or(|needed| HELD.1 * tip_friction >= needed)
 }
 
-/// A sentence that the tip was given more friction; none where it was not.
-pub(crate) fn held(before: &World, fitted: &Fitted) -> Option<String> {
+/// That the tip was given more friction; none where it was not.
+pub(crate) fn held(before: &World, fitted: &Fitted) -> Option<Note> {
     let (before, after) = (before.value(HOLDS).ok()?, fitted.world.value(HOLDS).ok()?);
     let is_freed = fitted.free.iter().any(|name| name == HOLDS);
-    (!is_freed && after > before).then(|| {
-        format!("{HOLDS} was raised to {after:.2}: the strikes' bearings need a tip that holds the box at least so well")
+    (!is_freed && after > before).then(|| Note::TipHolds {
+        name: HOLDS.into(),
+        value: after,
     })
 }
 

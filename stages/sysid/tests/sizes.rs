@@ -48,9 +48,8 @@ fn note(rig: &Rig, strikes: &[Strike]) -> Option<String> {
         ..Sysid::default()
     };
     let fit = sysid.run(&input, &Progress::hidden()).expect("identified");
-    fit.warnings
-        .into_iter()
-        .find(|note| note.contains("another size"))
+    let mut warnings = fit.warnings.iter().map(ToString::to_string);
+    warnings.find(|note| note.contains("another size"))
 }
 
 /// A rig file whose box is so many times as large as it is.

@@ -1,6 +1,10 @@
 //! The library: every effect that a world can hold.
 
-use std::{collections::BTreeMap, sync::OnceLock};
+use std::{
+    collections::BTreeMap,
+    fmt::{self, Display, Formatter},
+    sync::OnceLock,
+};
 
 use values::Rig;
 
@@ -126,7 +130,10 @@ pub fn build(added: &AddedEffect, rig: &Rig) -> Result<Box<dyn Effect>, WorldErr
     Ok((effect(&added.name)?.build)(&values(added)?, rig))
 }
 
-/// States an added effect's values in a sentence.
-pub fn statement(added: &AddedEffect) -> Result<String, WorldError> {
-    Ok((effect(&added.name)?.statement)(&values(added)?))
+/// An added effect's values in a sentence; of one that is not valid, its name.
+impl Display for AddedEffect {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let stated = effect(&self.name).and_then(|spec| Ok((spec.statement)(&values(self)?)));
+        f.pad(stated.as_deref().unwrap_or(&self.name))
+    }
 }

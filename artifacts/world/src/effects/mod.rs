@@ -53,7 +53,7 @@ mod wording;
 pub use action::{Acts, Effect, Slide, deliver, observe, unobserve};
 pub use added::AddedEffect;
 pub use friction_drift::Drift;
-pub use library::{EFFECTS, build, check, effect, extend_library, library, statement, values};
+pub use library::{EFFECTS, build, check, effect, extend_library, library, values};
 pub use parameters::{EffectParameter, Parameters, Values};
 pub use sessions::{Population, UNKNOWN, centred};
 pub use spec::{EffectSpec, Family, Naming, Origin};

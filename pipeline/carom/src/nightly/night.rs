@@ -204,7 +204,7 @@ impl Night {
             .filter(|effect| !is_known(&effect.name))
             .map(|effect| Missing {
                 name: effect.name.clone(),
-                statement: effect.statement.clone(),
+                statement: effect.statement.to_string(),
             })
             .collect();
     }

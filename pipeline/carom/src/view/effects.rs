@@ -31,7 +31,7 @@ pub fn effects(rig: &Rig, world: &World) -> Result<(Drawing, Vec<String>), World
     let mut below = table.y.low;
     for added in &world.effects {
         draw(&mut drawing, rig, world, added)?;
-        let sentence = format!("{}: {}", added.name, effects::statement(added)?);
+        let sentence = format!("{}: {added}", added.name);
         below -= 1.5 * LETTERS;
         let at = Point::new(0.5 * (table.x.low + table.x.high), below);
         drawing.text(at, LETTERS, MORE, sentence.clone());

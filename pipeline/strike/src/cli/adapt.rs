@@ -157,7 +157,8 @@ fn ingested(log: &Path, planner: &Planner) -> Result<LogOutcome, IngestError> {
             reject.detail
         )
     });
-    for what in outcome.notes.iter().cloned().chain(lost) {
+    let notes = outcome.notes.iter().map(ToString::to_string);
+    for what in notes.chain(lost) {
         tell(&format!("strike: log {}: {what}", log.display()));
     }
     Ok(outcome)

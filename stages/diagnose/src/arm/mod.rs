@@ -4,7 +4,9 @@
 //! the arm. What the arm does is a regression of its own, of delivered on commanded speeds and angles, by the formulas of the library's
 //! effects of the striker.
 
-use values::{ArmScatter, Point, Split, Strike, arm_scatter, calibrated, delivered_strikes};
+use values::{
+    ArmScatter, Point, Sentence, Split, Strike, arm_scatter, calibrated, delivered_strikes,
+};
 use world::{
     Estimate,
     effects::{self, Origin, effect},
@@ -15,6 +17,7 @@ use crate::gap;
 use crate::model::specification;
 use crate::notes;
 use crate::question::{self, Variation};
+use crate::words::{Cause, Note, Summary, WhyNot};
 use crate::{DiagnoseError, Diagnosed, Input};
 
 use forms::{Pair, Quantity};
@@ -93,14 +96,11 @@ impl Arm {
             }
         }
         let diagnosis = &mut found.diagnosis;
-        diagnosis.notes.push(format!(
-            "the arm's state is logged: launches were taken as delivered, and scatter by {:.1} % and {:.2}° in the arm, by {:.1} % and \
-             {:.2}° at the impact",
-            100.0 * repeatability.speed,
-            repeatability.angle.to_degrees(),
-            100.0 * impact.speed,
-            impact.angle.to_degrees()
-        ));
+        let delivered = Note::Delivered {
+            arm: [repeatability.speed, repeatability.angle],
+            impact: [impact.speed, impact.angle],
+        };
+        diagnosis.notes.push(delivered.into());
         // What was measured stands for nothing else.
         for named in &mut diagnosis.effects {
             named.equivalent.retain(|name| !is_the_arms(name));
@@ -109,9 +109,9 @@ impl Arm {
         let by_arm = moved(&fitted, |_| repeatability);
         let repeats = diagnosis.gap.noise_floor.hypot(by_arm);
         let left_out = self.without_little(input, &fitted, repeats)?;
-        diagnosis.notes.extend(left_out);
+        diagnosis.notes.extend(left_out.map(Sentence::from));
         if !self.laws.is_empty() {
-            self.name_laws(diagnosis)?;
+            self.name_laws(diagnosis);
             let world = found.world.get_or_insert_with(|| input.world.clone());
             let added = self.laws.iter().map(|law| law.added.clone());
             world.effects.splice(0..0, added);
@@ -160,13 +160,13 @@ impl Arm {
     }
 
     /// Leaves out the laws that move stops by little beside the scatter of repeats (`repeats`, m), and those that change deliveries by less than a
-    /// state is read to. Returns a sentence for each kind left out.
+    /// state is read to. Returns a note for each kind left out.
     fn without_little(
         &mut self,
         input: &Input,
         strikes: &[&Strike],
         repeats: f64,
-    ) -> Result<Vec<String>, DiagnoseError> {
+    ) -> Result<impl Iterator<Item = Note> + use<>, DiagnoseError> {
         let (mut little, mut unread) = (Vec::new(), Vec::new());
         for law in std::mem::take(&mut self.laws) {
             let effect = effects::build(&law.added, &input.rig)?;
@@ -191,14 +191,10 @@ impl Arm {
             }
         }
         let unread = (!unread.is_empty()).then(|| {
-            let why = format!(
-                "it changes what the arm delivers by no more than a state is read to, {:.1} % and {:.1}°",
-                100.0 * READ.speed,
-                READ.angle.to_degrees()
-            );
-            notes::not_named(&unread, &why)
+            let ArmScatter { speed, angle } = READ;
+            notes::not_named(&unread, WhyNot::Unread { speed, angle })
         });
-        Ok(notes::little(&little).into_iter().chain(unread).collect())
+        Ok(notes::little(&little).into_iter().chain(unread))
     }
 
     /// Scatter of what the arm delivers for repeats of one command: dependences that the laws leave do not count as scatter.
@@ -215,36 +211,24 @@ impl Arm {
     }
 
     /// Names the laws before what was found beside them.
-    fn name_laws(&self, diagnosis: &mut Diagnosis) -> Result<(), DiagnoseError> {
-        let statements: Vec<String> = self
-            .laws
-            .iter()
-            .map(|law| effects::statement(&law.added))
-            .collect::<Result<_, _>>()?;
-        let also = statements.join(", and ");
-        diagnosis.summary = match diagnosis.verdict {
-            Verdict::Named => format!("{also}, and {}", diagnosis.summary),
-            Verdict::Consistent => {
-                format!("{also}, by its logged state; beside that there is no gap")
-            }
+    fn name_laws(&self, diagnosis: &mut Diagnosis) {
+        let named: Vec<NamedEffect> = self.laws.iter().map(named_law).collect();
+        let also = self.laws.iter().map(|law| law.added.clone()).collect();
+        let summary = diagnosis.summary.clone();
+        let summary = match diagnosis.verdict {
+            Verdict::Named => Summary::ArmAndNamed(also, summary.into()),
+            Verdict::Consistent => Summary::ArmAndConsistent(also),
             Verdict::Unexplained => {
-                diagnosis.notes.push(
-                    "beside what the arm does there is a gap that no candidate explains".into(),
-                );
-                format!(
-                    "{also}, by its logged state; beside that there is {}",
-                    diagnosis.summary
-                )
+                diagnosis.notes.push(Note::UnexplainedBesideArm.into());
+                Summary::ArmAndUnexplained(also, summary.into())
             }
         };
+        diagnosis.summary = summary.into();
         diagnosis.verdict = Verdict::Named;
         for p_value in [&mut diagnosis.p_value, &mut diagnosis.p_value_signs] {
             *p_value = p_value.min(CHANCE);
         }
-        let named = self.laws.iter().zip(statements);
-        let named: Vec<NamedEffect> = named.map(|(law, text)| named_law(law, text)).collect();
         diagnosis.effects.splice(0..0, named);
-        Ok(())
     }
 
     /// Tells what launches depend on beside the laws: by itself it is a gap that no candidate explains.
@@ -256,17 +240,14 @@ impl Arm {
             return;
         };
         let all = || self.unexplained.iter().map(|u| u.dependence.clone());
-        diagnosis.notes.push(format!(
-            "what the arm makes of its commands depends on them as no law of the library does: {}",
-            all().map(|d| d.description).collect::<Vec<_>>().join("; ")
-        ));
+        let depends = all().map(|dependence| dependence.description).collect();
+        let depends = Note::ArmUnexplained(depends);
+        diagnosis.notes.push(depends.into());
         if diagnosis.verdict == Verdict::Consistent {
             diagnosis.verdict = Verdict::Unexplained;
-            diagnosis.summary = format!(
-                "the arm errs as no candidate does: {}; beside that there is no gap",
-                first.description
-            );
-            diagnosis.cause = Some(diagnosis.summary.clone());
+            let cause = Cause::Arm(first.description.clone());
+            diagnosis.summary = Summary::Arm(cause.clone()).into();
+            diagnosis.cause = Some(cause.into());
             (diagnosis.p_value, diagnosis.p_value_signs) = (first.p_value, first.p_value);
         }
         diagnosis.r#where.splice(0..0, all());
@@ -302,7 +283,7 @@ fn without(total: f64, part: f64) -> f64 {
     (total * total - part * part).max(0.0).sqrt()
 }
 
-fn named_law(law: &Law, statement: String) -> NamedEffect {
+fn named_law(law: &Law) -> NamedEffect {
     let parameter = |(name, estimate): (&String, &Estimate)| {
         let parameter = Parameter {
             value: estimate.value,
@@ -315,7 +296,7 @@ fn named_law(law: &Law, statement: String) -> NamedEffect {
     NamedEffect {
         name: law.added.name.clone(),
         parameters: law.added.parameters.iter().map(parameter).collect(),
-        statement,
+        statement: law.added.clone().into(),
         evidence: law.evidence,
         equivalent: Vec::new(),
         rivals: Vec::new(),

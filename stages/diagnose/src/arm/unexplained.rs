@@ -9,6 +9,7 @@ use super::{
     law::{CHANCE, Law},
 };
 use crate::diagnosis::GapDependence;
+use crate::words::{At, Dependence};
 
 /// Fewer strikes show no dependence.
 const FEWEST: usize = 20;
@@ -24,30 +25,14 @@ pub(super) struct Unexplained {
     pub(super) dependence: GapDependence,
 }
 
-/// What launches may depend on: its name, its value, and how that is said.
-type By = (&'static str, fn(&Pair<'_>) -> f64, fn(f64) -> String);
+/// What launches may depend on: its name, its value, and where that is.
+type By = (&'static str, fn(&Pair<'_>) -> f64, fn(f64) -> At);
 
 const BY: [By; 4] = [
-    (
-        "speed",
-        |pair| pair.command.speed,
-        |at| format!("a commanded {at:.2} m/s"),
-    ),
-    (
-        "angle",
-        |pair| pair.command.angle,
-        |at| format!("a commanded {:.0}°", at.to_degrees()),
-    ),
-    (
-        "start",
-        |pair| pair.from.x,
-        |at| format!("a start at x = {at:.2} m"),
-    ),
-    (
-        "start",
-        |pair| pair.from.y,
-        |at| format!("a start at y = {at:.2} m"),
-    ),
+    ("speed", |pair| pair.command.speed, At::Speed),
+    ("angle", |pair| pair.command.angle, At::Angle),
+    ("start", |pair| pair.from.x, At::X),
+    ("start", |pair| pair.from.y, At::Y),
 ];
 
 /// What the launches of these strikes depend on beside these laws, by speed and angle of the command and by where the object lay.
@@ -68,7 +53,7 @@ pub(super) fn unexplained(
     let mut found = Vec::new();
     for quantity in Quantity::ALL {
         let left = |pair: &Pair<'_>| pair.difference(quantity, predicted(pair));
-        for (covariate, of, words) in BY {
+        for (covariate, of, place) in BY {
             let mut points: Vec<(f64, f64)> =
                 pairs.iter().map(|pair| (of(pair), left(pair))).collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -78,9 +63,14 @@ pub(super) fn unexplained(
             let (at, off) = peak(&points);
             let p_value = (p_value * looks as f64).min(1.0);
             if p_value < CHANCE && off.abs() > NEGLIGIBLE {
+                let at = place(at);
+                let description = match quantity {
+                    Quantity::Speed => Dependence::DeliveredSpeed { off, at },
+                    Quantity::Angle => Dependence::DeliveredAngle { off, at },
+                };
                 let dependence = GapDependence {
                     covariate: covariate.into(),
-                    description: description(quantity, off, &words(at)),
+                    description: description.into(),
                     p_value,
                     share,
                 };
@@ -93,14 +83,6 @@ pub(super) fn unexplained(
     }
     found.sort_by(|a: &Unexplained, b| b.dependence.share.total_cmp(&a.dependence.share));
     Ok(found)
-}
-
-fn description(quantity: Quantity, off: f64, at: &str) -> String {
-    let off = match quantity {
-        Quantity::Speed => format!("{:+.1} % of speed", 100.0 * off),
-        Quantity::Angle => format!("{:+.1}° of angle", off.to_degrees()),
-    };
-    format!("the arm's logged state is off by {off} at {at}")
 }
 
 /// Probability that neighbours are so much alike by chance, and the share of the variance that goes with where they lie; none of few points.

@@ -22,12 +22,14 @@ mod ways;
 
 pub(crate) use components::{Components, Variation};
 pub(crate) use families::{PERMUTED, REAL};
-pub(crate) use order::Form;
-pub(crate) use table::{Before, Column};
+pub use order::Form;
+pub(crate) use table::Before;
+pub use table::Column;
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 use values::{Command, Shape};
 
 use self::families::{Calibrated, Shuffles, Statistic, calibrated};
@@ -60,8 +62,8 @@ const GROUP: &str = "group";
 const RUNS_WITH_ORDER: f64 = 0.5;
 
 /// What a finding is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum What {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum What {
     Column(Column),
     /// Pushes along or across the way, by place.
     Along,

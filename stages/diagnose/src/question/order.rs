@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
 
 use super::families::{REAL, Shuffles, Statistic};
 use super::projection::{Basis, explained};
@@ -42,8 +43,8 @@ const EXCLUDED: f64 = 9.2;
 const DRAWN: usize = 999;
 
 /// How a column depends on the order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Form {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Form {
     /// Brownian noise: each strike near the one before.
     Wander,
     /// A wander that no other form describes nearly as well.

@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use values::{Command, Point, Strike};
 use world::GRAVITY;
 
@@ -26,8 +27,8 @@ const LINEAR: [f64; HATS] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const CONSTANT: [f64; HATS] = [1.0; HATS];
 
 /// A column of the table: one number a strike.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Column {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Column {
     /// Launch speed, relative to the world's.
     Launch,
     /// Launch angle, in rad.

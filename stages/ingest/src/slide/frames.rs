@@ -5,7 +5,7 @@ use values::{Point, RejectReason, Rig};
 
 use super::tolerances::REST_BEFORE;
 use crate::order::since;
-use crate::rejection::Rejection;
+use crate::rejection::{Detail, Rejection};
 use crate::robust::{median, median_point};
 
 /// Greatest time between frames, in s, that show a slide.
@@ -56,10 +56,8 @@ impl<'a> Frames<'a> {
         rig: &'a Rig,
     ) -> Result<Self, Rejection> {
         if seen.len() > MOST_FRAMES {
-            let detail = format!(
-                "{} centroids come around one command, more than any camera gives: are stamps in another unit?",
-                seen.len()
-            );
+            let centroids = seen.len();
+            let detail = Detail::TooManyCentroids { centroids };
             return Err(Rejection::new(RejectReason::UnitsImplausible, detail));
         }
         let all: Vec<Frame> = seen.iter().map(|sample| Frame::of(sample, start)).collect();
@@ -69,17 +67,13 @@ impl<'a> Frames<'a> {
             .filter(|frame| (-REST_BEFORE..1.0).contains(&frame.t))
             .collect();
         if near.is_empty() {
-            let detail =
-                "no centroid comes from half a second before the command to a second after";
+            let detail = Detail::NoCentroidNear;
             return Err(Rejection::new(RejectReason::NoRestBefore, detail));
         }
         let period = mean_interval(&near);
         if period > SLOWEST {
-            let detail = format!(
-                "frames come every {:.1} ms, too seldom for a slide; the rig file says camera.rate = {}",
-                1e3 * period,
-                rig.camera.rate
-            );
+            let rate = rig.camera.rate;
+            let detail = Detail::FramesTooSeldom { period, rate };
             return Err(Rejection::new(RejectReason::FramesMissing, detail));
         }
         units(&near, rig)?;
@@ -140,10 +134,12 @@ impl<'a> Frames<'a> {
         let within = |t: f64| (from..=to).contains(&t);
         let (t, point) = self.off_table.iter().find(|(t, _)| within(*t))?;
         let table = &self.rig.table;
-        let detail = format!(
-            "a centroid is at ({:.4}, {:.4}) m, {t:.3} s after the command rises; the table is [{}, {}] × [{}, {}] m",
-            point.x, point.y, table.x.low, table.x.high, table.y.low, table.y.high
-        );
+        let detail = Detail::OffTable {
+            x: point.x,
+            y: point.y,
+            after: *t,
+            table: [table.x.low, table.x.high, table.y.low, table.y.high],
+        };
         Some(Rejection::new(RejectReason::OffTable, detail))
     }
 }
@@ -184,16 +180,17 @@ fn units(near: &[&Frame], rig: &Rig) -> Result<(), Rejection> {
         .abs()
         .max(x.high.abs())
         .hypot(y.low.abs().max(y.high.abs()));
-    let unit = [("mm, or in pixels", 1e-3), ("cm", 1e-2)]
+    let unit = [(false, 1e-3), (true, 1e-2)]
         .into_iter()
         .find(|(_, metres)| (nearest..=farthest).contains(&(middle.norm() * metres)));
     match unit {
         // As far off as another unit takes it, not just over the edge.
-        Some((unit, _)) if middle.norm() * 0.2 > farthest => {
-            let detail = format!(
-                "centroids lie around ({:.1}, {:.1}): are they in {unit}, not in m?",
-                middle.x, middle.y
-            );
+        Some((are_centimetres, _)) if middle.norm() * 0.2 > farthest => {
+            let detail = Detail::OtherUnit {
+                x: middle.x,
+                y: middle.y,
+                are_centimetres,
+            };
             Err(Rejection::new(RejectReason::UnitsImplausible, detail))
         }
         _ => Ok(()),

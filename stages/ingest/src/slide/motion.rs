@@ -5,7 +5,7 @@ use values::{Point, RejectReason};
 use super::frames::{Frame, Frames};
 use super::rest::Rest;
 use super::tolerances::{SURELY_AWAY, SURELY_AWAY_NOISE};
-use crate::rejection::Rejection;
+use crate::rejection::{Detail, Rejection};
 use crate::robust::median_point;
 
 /// Distance from the frames right before that shows motion, in noise deviations.
@@ -31,26 +31,23 @@ pub(super) fn first_motion(frames: &Frames<'_>, rest: &Rest) -> Result<usize, Re
             .iter()
             .map(|f| f.point.distance(rest.place))
             .fold(0.0, f64::max);
-        let detail = format!(
-            "in {:.2} s after the command rises the object is never farther than {:.1} mm from its rest for {STAYS} frames",
-            all.last().map_or(0.0, |frame| frame.t),
-            1e3 * farthest
-        );
+        let detail = Detail::NeverMoves {
+            seconds: all.last().map_or(0.0, |frame| frame.t),
+            farthest,
+            frames: STAYS,
+        };
         return Err(Rejection::new(RejectReason::NoMotion, detail));
     };
     let first = follow_back(all, sure, rest.noise);
     let t = all[first].t;
     let late = t - frames.fall;
     if late > LATEST_MOTION {
-        let related = late <= UNRELATED;
-        let cause = if related {
-            "clocks disagree, or something else moved it"
-        } else {
-            "something else moved it"
+        let is_related = late <= UNRELATED;
+        let detail = Detail::MovesLate {
+            by: late,
+            is_related,
         };
-        let detail =
-            format!("the object first moves {late:.3} s after the command fell back: {cause}");
-        let reason = if related {
+        let reason = if is_related {
             RejectReason::ClockSkew
         } else {
             RejectReason::NoMotion
@@ -58,7 +55,7 @@ pub(super) fn first_motion(frames: &Frames<'_>, rest: &Rest) -> Result<usize, Re
         return Err(Rejection::new(reason, detail));
     }
     if t < -2.0 * frames.period {
-        let detail = format!("the object moves {:.3} s before the command rises", -t);
+        let detail = Detail::MovesEarly { by: -t };
         return Err(Rejection::new(RejectReason::ClockSkew, detail));
     }
     Ok(first)

@@ -4,7 +4,7 @@ use values::{Point, RejectReason};
 
 use super::frames::Frames;
 use super::tolerances::{AT_PLACE_NOISE, GAP_AT_IMPACT, REST_BEFORE};
-use crate::rejection::Rejection;
+use crate::rejection::{Detail, Rejection};
 use crate::robust::{mean_near_median, median_point, spread};
 
 /// Time, in s, before first motion over which the initial position is taken.
@@ -49,10 +49,10 @@ pub(super) fn rest_before(frames: &Frames<'_>) -> Result<Rest, Rejection> {
     let to = frames.at(0.0);
     let points = frames.points(frames.at(-REST_BEFORE), to);
     if points.len() < REST_FRAMES {
-        let detail = format!(
-            "{} centroids come in the {REST_BEFORE} s before the command",
-            points.len()
-        );
+        let detail = Detail::FewCentroidsBefore {
+            centroids: points.len(),
+            seconds: REST_BEFORE,
+        };
         return Err(Rejection::new(RejectReason::NoRestBefore, detail));
     }
     // An object that was only just put down rests for a shorter time.
@@ -67,14 +67,14 @@ pub(super) fn rest_before(frames: &Frames<'_>) -> Result<Rest, Rejection> {
         }
     }
     if let Some(t) = struck_before(frames, known) {
-        let detail = format!("the object is struck {:.3} s before the command rises", -t);
+        let detail = Detail::StruckEarly { by: -t };
         return Err(Rejection::new(RejectReason::ClockSkew, detail));
     }
     let travel = points[0].distance(points[points.len() - 1]);
-    let detail = format!(
-        "the object moves {:.1} mm in the {REST_BEFORE} s before the command",
-        1e3 * travel
-    );
+    let detail = Detail::MovesBefore {
+        by: travel,
+        seconds: REST_BEFORE,
+    };
     Err(Rejection::new(RejectReason::NoRestBefore, detail))
 }
 
@@ -101,12 +101,12 @@ pub(super) fn initial(frames: &Frames<'_>, rest: &Rest, first: usize) -> Result<
             .checked_sub(1)
             .map_or(f64::NEG_INFINITY, |at| frames.frames[at].t);
     if points.len() < REST_FRAMES || gap > GAP_AT_IMPACT * frames.period {
-        let detail = format!(
-            "{:.1} ms without a frame before first motion, and {} frames in the {INITIAL_TIME} s before; frames come every {:.1} ms",
-            1e3 * gap,
-            points.len(),
-            1e3 * frames.period
-        );
+        let detail = Detail::GapBeforeMotion {
+            gap,
+            frames: points.len(),
+            seconds: INITIAL_TIME,
+            period: frames.period,
+        };
         return Err(Rejection::new(RejectReason::FramesMissing, detail));
     }
     Ok(mean_near_median(&points, AT_PLACE_NOISE * rest.noise))
@@ -147,11 +147,11 @@ pub(super) fn rest_after(
         return Ok((arrival, stop, last));
     }
     let (last, moving) = (&all[all.len() - 1], &all[first]);
-    let detail = format!(
-        "{:.2} s of frames after first motion, up to {:.1} mm away, and nowhere {REST_AFTER} s of rest",
-        last.t - moving.t,
-        1e3 * last.point.distance(rest.place)
-    );
+    let detail = Detail::NeverRests {
+        seconds: last.t - moving.t,
+        away: last.point.distance(rest.place),
+        rest: REST_AFTER,
+    };
     Err(Rejection::new(RejectReason::NoRestAfter, detail))
 }
 

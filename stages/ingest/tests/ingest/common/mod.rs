@@ -187,7 +187,7 @@ pub fn noted(outcome: &LogOutcome, words: &str) {
 }
 
 /// Reasons by index.
-pub fn reasons(rejects: &[Reject]) -> Vec<(u32, &'static str)> {
+pub fn reasons<D>(rejects: &[Reject<D>]) -> Vec<(u32, &'static str)> {
     rejects
         .iter()
         .map(|reject| (reject.index, reject.reason.name()))
