@@ -1,6 +1,6 @@
 //! Sentences beside the verdict: the noise, what was left out, what was not named.
 
-use values::{Rig, Shape, Strike};
+use values::{Rig, Strike};
 use world::{Estimate, World};
 
 use crate::{
@@ -299,7 +299,7 @@ pub(crate) fn left_out(usable: &Usable, pushed: usize) -> Vec<String> {
 /// A sentence that a box's yaw was tracked, and used; none where it was not, or counts for nothing.
 pub(crate) fn turned(rig: &Rig, strikes: &[&Strike]) -> Option<String> {
     let yaws: Vec<f64> = strikes.iter().filter_map(|s| s.conditions.yaw).collect();
-    if rig.object.shape() != Shape::Box || yaws.is_empty() {
+    if rig.object.shape().is_round() || yaws.is_empty() {
         return None;
     }
     let least = yaws.iter().copied().fold(f64::INFINITY, f64::min);

@@ -28,7 +28,7 @@ pub(crate) use table::{Before, Column};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
-use values::{Command, Shape};
+use values::Command;
 
 use self::families::{Calibrated, Shuffles, Statistic, calibrated};
 use self::groups::Groups;
@@ -338,7 +338,7 @@ impl Asking {
             ways: ways::commanded(&prepared.strikes, &rows),
             seed,
             commands: commands(prepared),
-            is_box: prepared.rig.object.shape() == Shape::Box,
+            is_box: !prepared.rig.object.shape().is_round(),
             resting,
             rows,
         }
