@@ -1,7 +1,5 @@
 //! What a plan must keep to. Each check states the limit, the value, and how to mend it; none moves a value into its limit.
 
-use std::f64::consts::{FRAC_PI_2, PI};
-
 use store::TrainedRegion;
 use values::{Command, Interval, Point, Rig, Shape};
 use world::Simulated;
@@ -314,11 +312,9 @@ pub(crate) fn turn(rig: &Rig, yaw: f64) -> Result<Option<f64>, BrokenLimit> {
     refuse_if(!yaw.is_finite(), Reason::NotFinite, || {
         format!("`yaw` is {yaw}; it must be a finite number, in rad")
     })?;
-    let Some([x, y]) = rig.object.solid.half_sides() else {
+    let Some(period) = rig.object.solid.period() else {
         return Ok(None);
     };
-    // A square box looks the same after a quarter of a turn, another after half a turn.
-    let period = if x == y { FRAC_PI_2 } else { PI };
     let turn = yaw - (yaw / period).round() * period;
     if turn.abs() <= MOST_TURN {
         return Ok((turn != 0.0).then_some(turn));

@@ -37,7 +37,7 @@ const ASTRAY: f64 = 4.0;
 /// The findings on places, scale and sizes.
 pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) -> Vec<Finding> {
     let meetings = meetings(logs);
-    let is_round = rig.object.solid.radius().is_some();
+    let is_round = rig.object.shape().is_round();
     let touches = logs.iter().map(|log| log.seen.delays.len());
     let touches: usize = touches.filter(|_| is_round).sum();
     let reach = rig.object.solid.reach() + rig.striker.radius;

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use values::Shape;
 use world::WorldError;
 
 use crate::{
@@ -61,7 +60,7 @@ impl Fitted {
     /// Whether tracks of a round object differ from it by far more than the camera's stated noise. Never of a box, which may tip on its way as no
     /// model describes.
     pub(crate) fn is_far_from_round(&self, prepared: &PreparedStrikes<'_>) -> bool {
-        prepared.rig.object.shape() != Shape::Box && self.is_far_from(prepared)
+        prepared.rig.object.shape().is_round() && self.is_far_from(prepared)
     }
 
     /// This fit restricted to some of the strikes, its estimates unchanged.

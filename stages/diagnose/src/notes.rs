@@ -1,6 +1,6 @@
 //! What is told beside the verdict, and when: the noise, what was left out, what was not named.
 
-use values::{Rig, Shape, Strike};
+use values::{Rig, Strike};
 use world::{Estimate, World};
 
 use crate::{
@@ -154,7 +154,7 @@ pub(crate) fn left_out(usable: &Usable, pushed: usize) -> impl Iterator<Item = N
 /// That a box's yaw was tracked, and used; none where it was not, or counts for nothing.
 pub(crate) fn turned(rig: &Rig, strikes: &[&Strike]) -> Option<Note> {
     let yaws: Vec<f64> = strikes.iter().filter_map(|s| s.conditions.yaw).collect();
-    let is_told = rig.object.shape() == Shape::Box && !yaws.is_empty();
+    let is_told = !rig.object.shape().is_round() && !yaws.is_empty();
     is_told.then(|| Note::Turned {
         least: yaws.iter().copied().fold(f64::INFINITY, f64::min),
         most: yaws.iter().copied().fold(f64::NEG_INFINITY, f64::max),

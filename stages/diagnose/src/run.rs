@@ -339,7 +339,7 @@ pub(crate) fn prepare<'a>(
 /// shows on the way is then no evidence, but its launch, and its friction as a whole, are.
 fn is_astray(selection: &Selection<'_>) -> bool {
     let prepared = &selection.prepared;
-    prepared.rig.object.shape() == Shape::Box && selection.fitted.is_far_from(prepared)
+    !prepared.rig.object.shape().is_round() && selection.fitted.is_far_from(prepared)
 }
 
 /// The effects, if together they predict strikes that took no part in their fit better, beyond chance. Otherwise none, with those that do not as

@@ -7,8 +7,7 @@ use std::collections::VecDeque;
 
 use logs::Sample;
 use values::{
-    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Sentence, Shape, Strike,
-    split_of,
+    Command, CommandFrame, Conditions, Point, Reject, RejectReason, Rig, Sentence, Strike, split_of,
 };
 
 use crate::arm::{Meeting, State, TouchDelay};
@@ -470,7 +469,7 @@ impl<'a> Segmenter<'a> {
             angle: command.angle,
         });
         self.touched.motions.push(motion(&found));
-        if self.rig.object.shape() != Shape::Box {
+        if self.rig.object.shape().is_round() {
             let meeting = touched.meeting(camera_delay, &found, self.rig);
             self.touched.meetings.extend(meeting);
         }
@@ -557,7 +556,7 @@ impl<'a> Segmenter<'a> {
                 continue;
             };
             seen.delays.extend(touched.delay(self.rig));
-            if self.rig.object.shape() != Shape::Box {
+            if self.rig.object.shape().is_round() {
                 seen.meetings.extend(touched.meeting(0.0, found, self.rig));
             }
             let id = strike_id(&episode.commands, &touched.flight.frames);
@@ -575,7 +574,7 @@ impl<'a> Segmenter<'a> {
         let delays = flights.iter().filter_map(|flight| flight.delay(self.rig));
         self.touched.delays = delays.collect();
         // A box's touch is not known to a ms.
-        let is_round = self.rig.object.shape() != Shape::Box;
+        let is_round = self.rig.object.shape().is_round();
         let camera_delay = touched::camera_delay(&self.touched.delays).filter(|_| is_round);
         for flight in flights {
             self.strike_touched(&flight, camera_delay.unwrap_or_default());

@@ -190,7 +190,7 @@ pub(crate) fn own_derivatives(
     by_free: &[DMatrix<f64>],
     by_nuisance: &mut [DMatrix<f64>],
 ) -> Result<(), WorldError> {
-    let is_round = shape != Shape::Box;
+    let is_round = shape.is_round();
     for (name, one, place, counts) in [
         ("friction", 0.0, FRICTION, true),
         ("restitution", 1.0, SPEED, is_round),

@@ -6,7 +6,7 @@
 //! are held against those by other frictions.
 
 use nalgebra::{DMatrix, DVector};
-use values::{Point, Rig, Shape, Strike, median};
+use values::{Point, Rig, Strike, median};
 use world::{Impact, Simulator, World, WorldError, parameter};
 
 use crate::{
@@ -39,7 +39,7 @@ fn frictions(step: usize) -> impl Iterator<Item = f64> {
 /// The world from which a fit begins, with the tip's friction and the restitution by which impacts are nearest to the launches that tracks
 /// show, where that is beyond chance. Only where the tip's friction was not set.
 pub(crate) fn start(rig: &Rig, world: World, all: &[&Strike]) -> Result<World, WorldError> {
-    if rig.object.shape() != Shape::Box || world.parameters.contains_key(HOLDS) {
+    if rig.object.shape().is_round() || world.parameters.contains_key(HOLDS) {
         return Ok(world);
     }
     let seen: Vec<(&Strike, [f64; 2])> = all
@@ -127,7 +127,7 @@ pub(crate) fn explained(
     let struck: Vec<usize> = (0..all.len())
         .filter(|i| !all[*i].conditions.is_unstruck)
         .collect();
-    if rig.object.shape() != Shape::Box || struck.len() < FEWEST {
+    if rig.object.shape().is_round() || struck.len() < FEWEST {
         return Ok(None);
     }
     let strikes: Vec<&Strike> = struck.iter().map(|i| all[*i]).collect();

@@ -1,7 +1,7 @@
 //! Derivatives of tracks, by large-step differences: small steps read the noise of the contact.
 
 use nalgebra::{DMatrix, DVector};
-use values::{Shape, Strike};
+use values::Strike;
 use world::{World, WorldError, parameter};
 
 use crate::{
@@ -23,7 +23,7 @@ pub(crate) fn nuisances(
     world: &World,
     base: &Batch,
 ) -> Result<(Vec<DMatrix<f64>>, Vec<DVector<f64>>), WorldError> {
-    let is_box = lab.rig.object.shape() == Shape::Box;
+    let is_round = lab.rig.object.shape().is_round();
     let (speed, turn, delay) = LAUNCH_STEP;
     let launch = base.launch();
     let changed = |launch| lab.simulate(world, launch);
@@ -45,9 +45,9 @@ pub(crate) fn nuisances(
             let mut columns = DMatrix::zeros(2 * n, NUISANCES);
             columns.set_column(0, &((faster.track(i, strike, 0.0) - &here) / speed));
             let by_turn = (turned.track(i, strike, 0.0) - &here) / turn;
-            match is_box {
-                true => columns.set_column(1, &turned_about_start(&here, strike)),
-                false => columns.set_column(1, &by_turn),
+            match is_round {
+                true => columns.set_column(1, &by_turn),
+                false => columns.set_column(1, &turned_about_start(&here, strike)),
             }
             columns.set_column(
                 2,

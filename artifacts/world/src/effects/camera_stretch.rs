@@ -1,7 +1,7 @@
 //! A camera whose picture is stretched or sheared: seen = c + (R + S)·(p − c), R a rotation, S symmetric with no trace, c the
 //! point it looks down on.
 
-use values::{Point, Shape};
+use values::Point;
 
 use super::{
     Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
@@ -34,7 +34,7 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "the affine part of a plane's homography (Hartley and Zisserman 2004, section 2.4), scale apart",
     starts: |experiment| {
         // A stretch shows in launches by their angle, and how a box leaves the tip by its angle is the contact's own.
-        if experiment.rig.object.shape() == Shape::Box {
+        if !experiment.rig.object.shape().is_round() {
             return Vec::new();
         }
         let form = experiment.camera_centre();

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use values::{Command, Conditions, Rig, Shape};
+use values::{Command, Conditions, Rig};
 
 use super::Launch;
 use crate::{Impact, Simulator, Worker, World, WorldError, parameter, releases::Scaled};
@@ -40,7 +40,7 @@ pub fn launches_about(
     let all = |impacts: &[Impact]| -> Vec<Option<Launch>> {
         simulator.map(impacts, |worker, about| launch(worker, *about))
     };
-    if rig.object.shape() == Shape::Box {
+    if !rig.object.shape().is_round() {
         return beside_tip_friction(rig, world, impacts, all(impacts));
     }
     let rung = |impact: &Impact| (impact.command.speed.ln() / STEPS[0]).round() as i64;

@@ -1,5 +1,7 @@
 //! What is struck, and the tip that strikes it.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use serde::{Deserialize, Serialize};
 
 use super::RigError;
@@ -103,6 +105,16 @@ impl Solid {
             Self::Box {
                 half_size: [x, y, _],
             } => Some([x, y]),
+            Self::Cylinder { .. } | Self::Sphere { .. } => None,
+        }
+    }
+
+    /// The least turn, in rad, after which it looks the same from above; none for what is round.
+    pub fn period(&self) -> Option<f64> {
+        match *self {
+            Self::Box {
+                half_size: [x, y, _],
+            } => Some(if x == y { FRAC_PI_2 } else { PI }),
             Self::Cylinder { .. } | Self::Sphere { .. } => None,
         }
     }
@@ -244,6 +256,16 @@ crate::named! {
         Box = "box",
         /// A ball.
         Sphere = "sphere",
+    }
+}
+
+impl Shape {
+    /// Whether it is round seen from above: struck alike from everywhere, however it is turned.
+    pub fn is_round(self) -> bool {
+        match self {
+            Self::Cylinder | Self::Sphere => true,
+            Self::Box => false,
+        }
     }
 }
 

@@ -288,8 +288,7 @@ fn station(
         (Choice::Ur(host), Some(url)) => {
             arm_station::<Ur>(args, rig, (&format!("ur:{host}"), host), url, interrupted)
         }
-        // A robot that moves nothing, or that has no station of its own yet.
-        _ => Err(Error::input(
+        (Choice::DryRun, _) => Err(Error::input(
             "collect strikes with a robot that makes none; use --robot sim, xarm:HOST or ur:HOST",
         )),
     }

@@ -230,7 +230,7 @@ impl Live {
         let places = seen.places.since(since);
         let found = resting(places, Instant::now(), window, self.rig.camera.noise);
         let found = found.map_err(|why| seen.not_at_rest(why))?;
-        let is_box = self.rig.object.solid.half_sides().is_some();
+        let is_box = !self.rig.object.shape().is_round();
         if is_box && found.yaw.is_none() && seen.channels.has(Role::Pose) {
             let why = "its pose has not come all along, which says how the box is turned";
             return Err(seen.not_at_rest(why.into()));

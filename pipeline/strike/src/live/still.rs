@@ -1,6 +1,5 @@
 //! Whether the object still lies as it was seen at rest: by many places before a strike, by each message while the tip runs up to it.
 
-use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 use std::time::{Duration, Instant};
 
@@ -52,10 +51,8 @@ fn differs(rig: &Rig, before: &Resting, now: &Resting, (far, wide): (f64, f64)) 
             (now - before).abs() * 1e3
         ));
     }
-    let sides = rig.object.solid.half_sides();
-    let ([x, y], (now, before)) = sides.zip(now.yaw.zip(before.yaw))?;
-    // A square box looks the same after a quarter of a turn, another after half a turn.
-    let period = if x == y { FRAC_PI_2 } else { PI };
+    let period = rig.object.solid.period();
+    let (period, (now, before)) = period.zip(now.yaw.zip(before.yaw))?;
     let turned = now - before - ((now - before) / period).round() * period;
     (turned.abs() > wide)
         .then(|| format!("it was turned by {turned:.3} rad since it was seen at rest"))
@@ -130,6 +127,8 @@ impl fmt::Debug for Sentry {
 #[cfg(test)]
 mod tests {
     use std::sync::mpsc;
+
+    use std::f64::consts::PI;
 
     use values::{Point, Shape};
 

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use values::{Command, Conditions, Delivered, Point, Rig, Strike};
-use world::effects::{Effect, Experiment, deliver, effect, library};
+use world::WorldError;
+use world::effects::{AddedEffect, Effect, Experiment, Origin, build, deliver, effect, library};
 
 /// Shares of the delivered speeds at which a fit of a cap begins; the last ones over the fastest.
 const CAPS: [f64; 6] = [0.6, 0.75, 0.85, 0.95, 1.05, 1.4];
@@ -133,6 +134,58 @@ pub(super) fn forms_by_place(quantity: Quantity, rig: &Rig, strikes: &[&Strike])
         }
     }
     forms
+}
+
+/// The forms of the arm's effects that are written out neither in [`forms`] nor in [`forms_by_place`]: what each of their starts frees, where that
+/// changes this quantity alone.
+pub(super) fn forms_of_others(
+    quantity: Quantity,
+    rig: &Rig,
+    strikes: &[&Strike],
+) -> Result<Vec<Form>, WorldError> {
+    const WRITTEN_OUT: [&str; 4] = [
+        "striker_speed_error",
+        "striker_angle_bias",
+        "striker_angle_error",
+        BY_PLACE,
+    ];
+    let is_other = |name| !WRITTEN_OUT.contains(&name);
+    let pairs = Pair::all(strikes);
+    let mut forms = Vec::new();
+    for spec in library().filter(|spec| spec.origin == Origin::Arm && is_other(spec.name)) {
+        for start in (spec.starts)(&Experiment { rig, strikes }) {
+            let values = start.parameters(&spec.parameters, &vec![1.0; start.columns.len()]);
+            let given: Vec<(&str, f64)> = values.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+            let effect = build(&AddedEffect::fixed(spec.name, &given), rig)?;
+            let changes = |quantity| {
+                pairs.iter().any(|pair| {
+                    let by = effect.deliver(pair.command, pair.from, pair.conditions);
+                    match quantity {
+                        Quantity::Speed => by.speed != pair.command.speed,
+                        Quantity::Angle => by.angle != pair.command.angle,
+                    }
+                })
+            };
+            if Quantity::ALL
+                .iter()
+                .any(|each| changes(*each) != (*each == quantity))
+            {
+                continue;
+            }
+            let begun = |name: &String| {
+                let neutral = spec.parameter(name).map_or(0.0, |own| own.neutral);
+                values.get(name).copied().unwrap_or(neutral)
+            };
+            let fixed = values.iter().filter(|(name, _)| !start.free.contains(name));
+            forms.push(Form {
+                name: spec.name,
+                starts: vec![start.free.iter().map(begun).collect()],
+                fixed: fixed.map(|(name, value)| (name.clone(), *value)).collect(),
+                free: start.free,
+            });
+        }
+    }
+    Ok(forms)
 }
 
 /// The forms that the library has for a law by what was commanded, on these strikes.

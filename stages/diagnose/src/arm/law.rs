@@ -8,7 +8,7 @@ use world::effects::{self, AddedEffect};
 use world::{Estimate, WorldError};
 
 use super::descent::{FLOOR, Fitted, fitted, residuals, squares};
-use super::forms::{BY_PLACE, Form, Pair, Quantity, forms, forms_by_place};
+use super::forms::{BY_PLACE, Form, Pair, Quantity, forms, forms_by_place, forms_of_others};
 use crate::fit::NINETY_FIVE;
 use crate::heldout::{self, FOLDS};
 
@@ -36,7 +36,8 @@ pub(super) fn fit(rig: &Rig, strikes: &[&Strike]) -> Result<Vec<Law>, WorldError
     let mut by_place: Option<Law> = None;
     for quantity in Quantity::ALL {
         let of_place = forms_by_place(quantity, rig, strikes);
-        let of_command = forms(quantity, &pairs);
+        let mut of_command = forms(quantity, &pairs);
+        of_command.extend(forms_of_others(quantity, rig, strikes)?);
         // Of each kind beside the other, the stronger one first.
         let all = [of_command.as_slice(), of_place.as_slice()].concat();
         let Some(first) = law_of(rig, quantity, &all, &pairs)? else {

@@ -30,7 +30,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
-use values::{Command, Shape};
+use values::Command;
 
 use self::families::{Calibrated, Shuffles, Statistic, calibrated};
 use self::groups::Groups;
@@ -340,7 +340,7 @@ impl Asking {
             ways: ways::commanded(&prepared.strikes, &rows),
             seed,
             commands: commands(prepared),
-            is_box: prepared.rig.object.shape() == Shape::Box,
+            is_box: !prepared.rig.object.shape().is_round(),
             resting,
             rows,
         }
