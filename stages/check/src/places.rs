@@ -406,11 +406,11 @@ struct Similar {
 
 impl Similar {
     fn of(rig: &Rig, meetings: &[Meeting]) -> Option<Self> {
-        let reach = rig.object.solid.reach() + rig.striker.radius;
-        let mut pairs: Vec<(Point, Point)> = meetings
-            .iter()
-            .map(|m| (m.tip, m.object - m.towards(0.0) * reach))
-            .collect();
+        let met_at = |m: &Meeting| {
+            let towards = m.towards(0.0);
+            m.object - towards * (rig.object.solid.outline(towards) + rig.striker.radius)
+        };
+        let mut pairs: Vec<(Point, Point)> = meetings.iter().map(|m| (m.tip, met_at(m))).collect();
         let mut line = None;
         // Once more without those that are astray.
         for _ in 0..2 {

@@ -56,9 +56,7 @@ impl Stage for Diagnose {
             Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
                 Some(Cause::WorldOfOtherStrikes)
             }
-            Verdict::Consistent
-                if f64::max(gap.wander, gap.sessions) > CHANGES * gap.noise_floor =>
-            {
+            Verdict::Consistent if changes_greatly(gap, &found.residuals) => {
                 notes::variation(gap).map(Cause::Varies)
             }
             _ => None,
@@ -73,7 +71,7 @@ impl Stage for Diagnose {
 }
 
 /// Wander of stops over the order of strikes, or their difference between sessions, in units of what repeats scatter by, from which on something is
-/// missing that changes: tables and arms wander by less.
+/// missing that changes: tables and arms wander by less. So much do strikes that took no part miss by, where wander may stand for something else.
 const CHANGES: f64 = 3.0;
 
 /// Misses of the identified world, in units of the strikes' scatter, from which on it is not the world of these strikes, though a world fitted to
@@ -82,13 +80,29 @@ const CONTRADICTS: f64 = 2.0;
 const JUDGES: usize = 8;
 
 /// Whether a world fitted to the strikes alone leaves no gap while the identified world, which slides that no strike began or the rig file have
-/// taught as well, leaves a great one. A strike that went astray counts for no more than itself.
+/// taught as well, leaves a great one.
 fn contradicts_its_strikes(gap: &Gap, residuals: &[StopResidual]) -> bool {
-    let scatter = gap.noise_floor.hypot(gap.wander).hypot(gap.sessions);
+    missed(gap, residuals).is_some_and(|missed| missed > CONTRADICTS * scatter(gap))
+}
+
+/// Whether stops change over the order of strikes, or between sessions, by so much more than repeats scatter that something is missing.
+fn changes_greatly(gap: &Gap, residuals: &[StopResidual]) -> bool {
+    let great = CHANGES * gap.noise_floor;
+    f64::max(gap.wander, gap.sessions) > great
+        || gap.varies() && missed(gap, residuals).is_some_and(|missed| missed > great)
+}
+
+/// By how much strikes that took no part miss, root mean square in m; none where few judge. One that went astray counts for no more than itself.
+fn missed(gap: &Gap, residuals: &[StopResidual]) -> Option<f64> {
     let judges = residuals.iter().filter(|residual| residual.is_heldout);
     let missed = judges.map(|residual| Point::new(residual.before[0], residual.before[1]));
-    let missed = gap::clipped_rms(missed, gap::LONGEST * scatter);
-    gap.heldout_strikes >= JUDGES && missed > CONTRADICTS * scatter
+    let missed = gap::clipped_rms(missed, gap::LONGEST * scatter(gap));
+    (gap.heldout_strikes >= JUDGES).then_some(missed)
+}
+
+/// All that stops scatter by, in m.
+fn scatter(gap: &Gap) -> f64 {
+    gap.noise_floor.hypot(gap.wander).hypot(gap.sessions)
 }
 
 impl Diagnose {

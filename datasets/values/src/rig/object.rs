@@ -80,6 +80,19 @@ impl Solid {
         }
     }
 
+    /// Distance, in m, from the centre to the outline in a direction, seen from above, of an object that stands at yaw 0.
+    pub fn outline(&self, direction: Point) -> f64 {
+        match *self {
+            Self::Cylinder { radius, .. } | Self::Sphere { radius } => radius,
+            Self::Box {
+                half_size: [x, y, _],
+            } => {
+                let most = f64::max(direction.x.abs() / x, direction.y.abs() / y);
+                direction.norm() / most.max(f64::MIN_POSITIVE)
+            }
+        }
+    }
+
     /// Height of its centre above the table on which it rests, in m.
     pub fn half_height(&self) -> f64 {
         match *self {
