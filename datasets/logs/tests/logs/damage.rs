@@ -288,7 +288,7 @@ proptest! {
     fn flipped_bits_never_panic_and_a_crc_lets_nothing_wrong_through(
         flips in prop::collection::vec((any::<prop::sample::Index>(), 0..8_u32), 1..6),
         packing in 0..4_usize,
-        encoding in 0..4_usize,
+        encoding in 0..ENCODINGS.len(),
     ) {
         let written = samples(15);
         let layout = match packing {

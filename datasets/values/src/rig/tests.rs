@@ -15,7 +15,7 @@ fn refusal(from: &str, to: &str) -> String {
 fn the_template_is_the_demo_rig_and_survives_a_round_trip() {
     let rig = Rig::parse(Rig::template()).expect("the template parses");
     assert_eq!(rig, Rig::demo(Shape::Cylinder));
-    for shape in [Shape::Cylinder, Shape::Box, Shape::Sphere] {
+    for shape in Shape::ALL {
         let rig = Rig::demo(shape);
         assert_eq!(Rig::parse(&rig.to_toml()).expect("parses"), rig);
     }

@@ -225,7 +225,8 @@ mod tests {
         for effect in rig::Effect::all() {
             let is_noise = effect.name() == "camera_scale";
             let is_listed = table().any(|(name, _)| *name == effect.name());
-            assert!(is_listed != is_noise, "{}", effect.name());
+            let name = effect.name();
+            assert!(is_listed != is_noise, "`{name}` needs a row: what may be said of it");
         }
         for (hidden, right) in table() {
             let is_odd = phenomena(HardKind::Odd).any(|odd| odd == *hidden);
