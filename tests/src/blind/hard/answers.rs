@@ -226,7 +226,10 @@ mod tests {
             let is_noise = effect.name() == "camera_scale";
             let is_listed = table().any(|(name, _)| *name == effect.name());
             let name = effect.name();
-            assert!(is_listed != is_noise, "`{name}` needs a row: what may be said of it");
+            assert!(
+                is_listed != is_noise,
+                "`{name}` needs a row: what may be said of it"
+            );
         }
         for (hidden, right) in table() {
             let is_odd = phenomena(HardKind::Odd).any(|odd| odd == *hidden);
