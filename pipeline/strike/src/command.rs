@@ -36,7 +36,7 @@ impl CommandPlanner {
         // The world predicts the stop; a residual corrects commands for targets.
         let world = artifact
             .model(best)
-            .map_or_else(|| World::nominal(), |(world, _)| world);
+            .map_or_else(World::nominal, |(world, _)| world);
         Self::in_world(&artifact.version, best, rig, &world)
     }
 

@@ -193,7 +193,7 @@ mod tests {
         let is_drift = |strikes: &[Strike], name, parameters: &[(&str, f64)]| {
             let added = AddedEffect::fixed(name, parameters);
             let strikes: Vec<&Strike> = strikes.iter().collect();
-            is_drift_of_heading(&rig, &strikes, &added).unwrap()
+            is_drift_of_heading(&rig, &strikes, &added).expect("an effect of the library")
         };
         let command = |speed: f64, angle: f64| Command {
             speed: 0.5 + 0.02 * speed,

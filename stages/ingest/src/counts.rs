@@ -36,7 +36,8 @@ pub(crate) struct Counts {
 impl Counts {
     /// A note for each count that is not zero.
     pub(crate) fn notes(&self) -> impl Iterator<Item = Note> + use<> {
-        let counts: [(u64, fn(u64) -> Note); 9] = [
+        type Told = (u64, fn(u64) -> Note);
+        let counts: [Told; 9] = [
             (self.lost, Note::FramesLost),
             (self.repeated, Note::StampsRepeated),
             (self.outliers as u64, Note::Outliers),

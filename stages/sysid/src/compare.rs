@@ -17,8 +17,8 @@ const PLANAR: &[&str] = &["friction", "restitution", "torsional_friction", "iner
 /// Time, in s, by which a track is simulated beyond its end: differences by the clock look there.
 const MARGIN: f64 = 0.05;
 
-/// Greatest deviation of a launch from its command that counts as scatter, in standard deviations of how launches scatter, and its own least and
-/// greatest values, relative and in rad: more is a gap of the world, and so is scatter that is as great as is allowed for.
+/// Greatest deviation of a launch from its command that counts as scatter, in standard deviations of how a box's launches scatter, and its own least
+/// and greatest values, relative and in rad; a round object's is the least: more is a gap of the world.
 const LAUNCH_SCATTER: f64 = 2.5;
 const LEAST_LAUNCH: f64 = 0.03;
 const GREATEST_LAUNCH: f64 = 0.12;
@@ -158,6 +158,7 @@ impl StrikeSimulator<'_> {
         if !self.goes_beyond() {
             return Ok(None);
         }
+        let is_round = self.rig.object.shape().is_round();
         let planar = Planar::new(self.rig, world, &[])?;
         let simulator = Simulator::new(self.rig, world)?;
         let frame = 1.0 / self.rig.camera.rate;
@@ -165,12 +166,10 @@ impl StrikeSimulator<'_> {
             let (guess, slopes) = (&guesses[i], &slopes[i]);
             let command = launch.of(strike.command);
             let within = |place: usize| {
-                let scatter = match components.is_at_bound(place) {
-                    true => 0.0,
-                    false => LAUNCH_SCATTER * components.nuisance[place],
-                };
+                let scatter = LAUNCH_SCATTER * components.nuisance[place];
                 let most = match strike.conditions.is_unstruck {
                     true => UNSTRUCK_LAUNCH,
+                    false if is_round => LEAST_LAUNCH,
                     false => scatter.clamp(LEAST_LAUNCH, GREATEST_LAUNCH),
                 };
                 guess[place].clamp(-most, most)

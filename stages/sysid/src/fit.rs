@@ -367,8 +367,9 @@ pub(crate) fn fit(
             .zip(errors.iter())
             .all(|(s, e)| s.abs() < SETTLED * e);
         let guesses: Vec<Nuisances> = all.iter().map(Evidence::nuisance).collect();
-        // Far strikes would move what is common to all, before what they do beyond their derivatives is known.
-        let is_beyond_unknown = beside.goes_beyond() && beyond.is_none();
+        // A box's far strikes would move what is common to all, before what they do beyond their derivatives is known.
+        let is_round = rig.object.shape().is_round();
+        let is_beyond_unknown = !is_round && beside.goes_beyond() && beyond.is_none();
         let mut moved = None;
         if !(is_settled || is_beyond_unknown) && iterations < MOST_ITERATIONS {
             let now = objective(&all, &weights_now) + known(&place)?;

@@ -88,16 +88,11 @@ impl VarianceComponents {
     /// Each scatter that is as great as is allowed for.
     pub(crate) fn at_bounds(&self) -> impl Iterator<Item = Note> {
         let at_bound = BOUNDED.into_iter();
-        let at_bound = at_bound.filter(|(i, _)| self.is_at_bound(*i));
+        let at_bound = at_bound.filter(|(i, _)| self.nuisance[*i] > 0.999 * GREATEST);
         at_bound.map(|(_, of)| Note::ScatterAtBound {
             of,
             bound: GREATEST,
         })
-    }
-
-    /// Whether a robot's or a table's scatter is as great as is allowed for.
-    pub(crate) fn is_at_bound(&self, place: usize) -> bool {
-        self.nuisance[place] > 0.999 * GREATEST
     }
 
     /// Largest relative change of a standard deviation.

@@ -14,6 +14,9 @@ pub(crate) const DIFFERENCE: f64 = 0.01;
 /// Steps of the differences by relative speed, angle (rad) and clock (s).
 pub(crate) const LAUNCH_STEP: (f64, f64, f64) = (0.01, 0.01, 1e-3);
 
+/// Of each strike's track: derivatives by the nuisances, and by a turn of its command.
+pub(crate) type ByNuisances = (Vec<DMatrix<f64>>, Vec<DVector<f64>>);
+
 /// Derivatives of every strike's track by the nuisances, and by a turn of its command; they change little as parameters do.
 ///
 /// A strike's own angle turns the way that the object takes. For a round object a turned command does the same; a box on whose face the tip slips
@@ -22,7 +25,7 @@ pub(crate) fn nuisances(
     lab: &StrikeSimulator<'_>,
     world: &World,
     base: &Batch,
-) -> Result<(Vec<DMatrix<f64>>, Vec<DVector<f64>>), WorldError> {
+) -> Result<ByNuisances, WorldError> {
     let is_round = lab.rig.object.shape().is_round();
     let (speed, turn, delay) = LAUNCH_STEP;
     let launch = base.launch();

@@ -61,7 +61,7 @@ fn rig(random: &mut Random) -> Rig {
     rig
 }
 
-fn world(rig: &Rig) -> World {
+fn world() -> World {
     let world = World::nominal().with("friction", 0.2);
     world.with("restitution", 0.5)
 }
@@ -173,7 +173,7 @@ fn no_planned_strike_leaves_its_area_or_reach_or_comes_near_the_base_or_an_obsta
         let rig = rig(&mut random);
         let mut artifact = fixture::artifact();
         artifact.rig = rig.clone();
-        artifact.sysid.world = world(&rig);
+        artifact.sysid.world = world();
         let planner = Planner::within(&artifact, store::Model::Sysid, &rig).unwrap();
         let commands = CommandPlanner::nominal(&rig).unwrap();
         for draw in 0..DRAWS {
