@@ -8,13 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use values::{Rig, Shape, Strike};
 use world::WorldError;
 
-use crate::{
-    compare::StrikeSimulator,
-    fit::Fitted,
-    notes::Note,
-    scatter::{ANGLE, SPEED},
-    wanted::Wanted,
-};
+use crate::{compare::StrikeSimulator, fit::Fitted, notes::Note, scatter::SPEED, wanted::Wanted};
 
 /// Step of the central differences by the logarithm of r/h.
 const STEP: f64 = 0.05;
@@ -83,17 +77,19 @@ pub(crate) fn contradicted(
     let Some(first) = Wanted::new(fitted, &fitted.residuals, &nominal.slopes) else {
         return Ok(sizes);
     };
-    let by_arm = |slope: fn(&Strike, &DMatrix<f64>) -> DVector<f64>| {
+    let by_arm = |slopes: &[DMatrix<f64>], column: usize, times: fn(&Strike) -> f64| {
         let slopes: Vec<DVector<f64>> = strikes
             .iter()
-            .zip(&fitted.slopes.by_nuisance)
-            .map(|(strike, nuisances)| slope(strike, nuisances))
+            .zip(slopes)
+            .map(|(strike, by)| by.column(column) * times(strike))
             .collect();
         Wanted::new(fitted, &fitted.residuals, &slopes)
     };
-    let angles = by_arm(|strike, by| by.column(ANGLE) * strike.command.angle);
-    let speeds = by_arm(|_, by| by.column(SPEED).into_owned());
-    let saturation = by_arm(|strike, by| by.column(SPEED) * strike.command.speed);
+    // The first of the means is a turn of the command; a box's own angle is one of its way.
+    let (by_nuisance, turn) = (&fitted.slopes.by_nuisance, fitted.free.len());
+    let angles = by_arm(&fitted.slopes.by_fitted, turn, |s| s.command.angle);
+    let speeds = by_arm(by_nuisance, SPEED, |_| 1.0);
+    let saturation = by_arm(by_nuisance, SPEED, |s| s.command.speed);
     let is_better = |other: &Option<Wanted>, by: f64| {
         other
             .as_ref()

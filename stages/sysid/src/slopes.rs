@@ -14,13 +14,16 @@ pub(crate) const DIFFERENCE: f64 = 0.01;
 /// Steps of the differences by relative speed, angle (rad) and clock (s).
 pub(crate) const LAUNCH_STEP: (f64, f64, f64) = (0.01, 0.01, 1e-3);
 
+/// Part of a turn of the command by which a box's way must turn, for the tip to stick.
+const FOLLOWS: f64 = 0.5;
+
 /// Of each strike's track: derivatives by the nuisances, and by a turn of its command.
 pub(crate) type ByNuisances = (Vec<DMatrix<f64>>, Vec<DVector<f64>>);
 
 /// Derivatives of every strike's track by the nuisances, and by a turn of its command; they change little as parameters do.
 ///
-/// A strike's own angle turns the way that the object takes. For a round object a turned command does the same; a box on whose face the tip slips
-/// leaves at the edge of the friction's cone, wherever the tip goes, and would need any angle to explain how ways scatter.
+/// A strike's own angle is one of its command. But a box on whose face the tip slips leaves at the edge of the friction's cone, wherever the tip goes,
+/// and would need any angle to explain how ways scatter: its own angle turns its way.
 pub(crate) fn nuisances(
     lab: &StrikeSimulator<'_>,
     world: &World,
@@ -48,10 +51,9 @@ pub(crate) fn nuisances(
             let mut columns = DMatrix::zeros(2 * n, NUISANCES);
             columns.set_column(0, &((faster.track(i, strike, 0.0) - &here) / speed));
             let by_turn = (turned.track(i, strike, 0.0) - &here) / turn;
-            match is_round {
-                true => columns.set_column(1, &by_turn),
-                false => columns.set_column(1, &turned_about_start(&here, strike)),
-            }
+            let way = turned_about_start(&here, strike);
+            let follows = by_turn.dot(&way) > FOLLOWS * way.norm_squared();
+            columns.set_column(1, if is_round || follows { &by_turn } else { &way });
             columns.set_column(
                 2,
                 &((base.track(i, strike, delay) - base.track(i, strike, -delay)) / (2.0 * delay)),
