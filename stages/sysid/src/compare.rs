@@ -32,6 +32,8 @@ pub(crate) struct StrikeSimulator<'a> {
     pub(crate) strikes: &'a [&'a Strike],
     /// How each object leaves the tip around its command; none in MuJoCo.
     launches: Option<Vec<launch::Launch>>,
+    /// Whether a box's own deviations are scatter as far as its launches scatter, and are those of its way where the tip slips.
+    pub(crate) is_by_way: bool,
 }
 
 impl<'a> StrikeSimulator<'a> {
@@ -41,6 +43,7 @@ impl<'a> StrikeSimulator<'a> {
             rig,
             strikes,
             launches: None,
+            is_by_way: false,
         }
     }
 
@@ -62,7 +65,14 @@ impl<'a> StrikeSimulator<'a> {
             rig,
             strikes,
             launches: Some(launches),
+            is_by_way: false,
         }))
+    }
+
+    /// With deviations by a box's way, or by the command.
+    pub(crate) fn by_way(mut self, is_by_way: bool) -> Self {
+        self.is_by_way = is_by_way && !self.rig.object.shape().is_round();
+        self
     }
 
     /// Whether MuJoCo simulates.
@@ -73,7 +83,7 @@ impl<'a> StrikeSimulator<'a> {
     /// Whether deviations from the derivatives' linear prediction are simulated and taken off: planar form is quick enough for it, a ball rolls so far
     /// that they count, and no other form knows a box whose tip slips.
     pub(crate) fn goes_beyond(&self) -> bool {
-        !self.is_mujoco() || self.rig.object.shape() != Shape::Cylinder
+        !self.is_mujoco() || self.is_by_way || self.rig.object.shape() == Shape::Sphere
     }
 
     /// MuJoCo's simulations that one pass over the strikes takes.
@@ -158,7 +168,6 @@ impl StrikeSimulator<'_> {
         if !self.goes_beyond() {
             return Ok(None);
         }
-        let is_round = self.rig.object.shape().is_round();
         let planar = Planar::new(self.rig, world, &[])?;
         let simulator = Simulator::new(self.rig, world)?;
         let frame = 1.0 / self.rig.camera.rate;
@@ -169,7 +178,7 @@ impl StrikeSimulator<'_> {
                 let scatter = LAUNCH_SCATTER * components.nuisance[place];
                 let most = match strike.conditions.is_unstruck {
                     true => UNSTRUCK_LAUNCH,
-                    false if is_round => LEAST_LAUNCH,
+                    false if !self.is_by_way => LEAST_LAUNCH,
                     false => scatter.clamp(LEAST_LAUNCH, GREATEST_LAUNCH),
                 };
                 guess[place].clamp(-most, most)

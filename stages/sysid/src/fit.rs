@@ -47,6 +47,8 @@ pub(crate) struct Fitted {
     /// Measured minus simulated coordinates of each strike, in m, less what its own deviations do beyond their derivatives.
     pub(crate) residuals: Vec<DVector<f64>>,
     pub(crate) slopes: Slopes,
+    /// Whether a box's own deviations are those of its way.
+    pub(crate) is_by_way: bool,
     /// Huber weight of each strike.
     pub(crate) weights: Vec<f64>,
     /// Best guess of each strike's own deviations: launch, clock, resting place and friction.
@@ -368,8 +370,7 @@ pub(crate) fn fit(
             .all(|(s, e)| s.abs() < SETTLED * e);
         let guesses: Vec<Nuisances> = all.iter().map(Evidence::nuisance).collect();
         // A box's far strikes would move what is common to all, before what they do beyond their derivatives is known.
-        let is_round = rig.object.shape().is_round();
-        let is_beyond_unknown = !is_round && beside.goes_beyond() && beyond.is_none();
+        let is_beyond_unknown = beside.is_by_way && beyond.is_none();
         let mut moved = None;
         if !(is_settled || is_beyond_unknown) && iterations < MOST_ITERATIONS {
             let now = objective(&all, &weights_now) + known(&place)?;
@@ -409,6 +410,7 @@ pub(crate) fn fit(
                 informations,
                 residuals: all.into_iter().map(|evidence| evidence.residual).collect(),
                 slopes,
+                is_by_way: beside.is_by_way,
                 weights: weights_now,
                 guesses,
                 iterations,

@@ -64,7 +64,7 @@ pub(crate) fn identifiability(
         .map(|spec| spec.name.to_string())
         .filter(|name| !fitted.free.contains(name))
         .collect();
-    let lab = StrikeSimulator::mujoco(rig, &strikes);
+    let lab = StrikeSimulator::mujoco(rig, &strikes).by_way(fitted.is_by_way);
     let slopes = |names| sensitivities(&lab, &fitted.world, fitted.launch, names);
     let (by_free, by_others) = (slopes(&fitted.free)?, slopes(&others)?);
     let batch = lab.simulate(&fitted.world, fitted.launch)?;

@@ -175,18 +175,31 @@ impl Stage for Sysid {
         }
         strikes.extend(&pushes);
         let mujoco = StrikeSimulator::mujoco(&input.rig, &strikes);
-        let fit = |world: &World, launch, free: Vec<String>| {
-            let Some(planar) = StrikeSimulator::planar(&input.rig, world, &strikes, &free)? else {
-                return fit::fit(&mujoco, &mujoco, world, launch, free, progress);
+        let by_way = StrikeSimulator::mujoco(&input.rig, &strikes).by_way(true);
+        let fit_in = |mujoco: &StrikeSimulator<'_>, world: &World, launch, free: Vec<String>| {
+            let planar = |world: &World| -> Result<_, SysidError> {
+                let planar = StrikeSimulator::planar(&input.rig, world, &strikes, &free)?;
+                Ok(planar.map(|planar| planar.by_way(mujoco.is_by_way)))
+            };
+            let Some(near) = planar(world)? else {
+                return fit::fit(mujoco, mujoco, world, launch, free, progress);
             };
             // Where the planar form goes astray the fit goes on in MuJoCo from where it began.
-            let near = fit::fit(&planar, &planar, world, launch, free.clone(), progress);
+            let near = fit::fit(&near, &near, world, launch, free.clone(), progress);
             let (world, launch) = near
                 .as_ref()
                 .map_or((world, launch), |near| (&near.world, near.launch));
-            let beside = StrikeSimulator::planar(&input.rig, world, &strikes, &free)?;
-            let beside = beside.as_ref().unwrap_or(&mujoco);
-            fit::fit(&mujoco, beside, world, launch, free, progress)
+            let beside = planar(world)?;
+            let beside = beside.as_ref().unwrap_or(mujoco);
+            fit::fit(mujoco, beside, world, launch, free.clone(), progress)
+        };
+        // Launches that scatter by as much as is allowed for do so for something that the world lacks: that is no scatter of a box's way.
+        let fit = |world: &World, launch, free: Vec<String>| {
+            let fitted = fit_in(&by_way, world, launch, free.clone());
+            match fitted {
+                Ok(fitted) if !(fitted.is_by_way && fitted.components.is_at_bound()) => Ok(fitted),
+                _ => fit_in(&mujoco, world, launch, free),
+            }
         };
         // The planar form's launches are smooth; those of a tip that slips in some strikes are not, and its friction is fitted in MuJoCo.
         let with_tip = |free: &[String]| [free, &[start::HOLDS.into()]].concat();

@@ -95,6 +95,13 @@ impl VarianceComponents {
         })
     }
 
+    /// Whether launches scatter by as much as is allowed for.
+    pub(crate) fn is_at_bound(&self) -> bool {
+        [SPEED, ANGLE]
+            .iter()
+            .any(|place| self.nuisance[*place] > 0.999 * GREATEST)
+    }
+
     /// Largest relative change of a standard deviation.
     fn change(&self, next: &Self) -> f64 {
         ESTIMATED

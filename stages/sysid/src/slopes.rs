@@ -29,7 +29,6 @@ pub(crate) fn nuisances(
     world: &World,
     base: &Batch,
 ) -> Result<ByNuisances, WorldError> {
-    let is_round = lab.rig.object.shape().is_round();
     let (speed, turn, delay) = LAUNCH_STEP;
     let launch = base.launch();
     let changed = |launch| lab.simulate(world, launch);
@@ -53,7 +52,14 @@ pub(crate) fn nuisances(
             let by_turn = (turned.track(i, strike, 0.0) - &here) / turn;
             let way = turned_about_start(&here, strike);
             let follows = by_turn.dot(&way) > FOLLOWS * way.norm_squared();
-            columns.set_column(1, if is_round || follows { &by_turn } else { &way });
+            columns.set_column(
+                1,
+                if lab.is_by_way && !follows {
+                    &way
+                } else {
+                    &by_turn
+                },
+            );
             columns.set_column(
                 2,
                 &((base.track(i, strike, delay) - base.track(i, strike, -delay)) / (2.0 * delay)),
