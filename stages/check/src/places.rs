@@ -476,7 +476,7 @@ impl Similar {
 #[cfg(test)]
 mod tests {
     use ingest::Seen;
-    use values::{Command, Shape};
+    use values::{Command, Shape, Solid};
 
     use super::*;
 
@@ -521,6 +521,29 @@ mod tests {
             meetings: meetings.collect(),
             ..Seen::default()
         }
+    }
+
+    #[test]
+    fn a_wide_box_that_is_met_at_its_face_is_not_away() {
+        let mut rig = Rig::demo(Shape::Box);
+        let half = 0.03;
+        rig.object.solid = Solid::Box {
+            half_size: [half, 0.1, 0.03],
+        };
+        let away = |displaced: Point| {
+            let mut seen = seen(1.0, displaced, 0.0);
+            for meeting in &mut seen.meetings {
+                let heading = 0.5 * meeting.velocity.bearing();
+                meeting.velocity = Point::polar(meeting.velocity.norm(), heading);
+                // The tip's centre lies its radius before the face, on its way through the middle.
+                let beside = (half + rig.striker.radius) / heading.cos();
+                meeting.tip = meeting.object - displaced - Point::polar(beside, heading);
+            }
+            let found = findings(&rig, &[log(&seen)], None);
+            found.iter().any(|f| matches!(f, Finding::Displaced { .. }))
+        };
+        assert!(!away(Point::default()));
+        assert!(away(Point::new(0.05, -0.03)));
     }
 
     #[test]

@@ -21,7 +21,7 @@ use crate::{
     fitted_world::{fitted_world, scatter},
     gap,
     heldout::{self, Gains},
-    model::{FRICTION, RESTITUTION, specification},
+    model::{FRICTION, RESTITUTION, added, specification},
     next::{next_strikes, repeats},
     notes,
     question::{self, Answer, EffectsByOrder, Finding},
@@ -326,14 +326,11 @@ impl Case<'_, '_> {
         }
         let alias = Alias::of(rig, strikes);
         let parts = fitted.model.fitted_parts(&fitted.model.values);
-        let mut is_drift_of_heading = false;
+        let mut drifts = false;
         for part in &parts {
-            let values: Vec<(&str, f64)> =
-                part.parameters.iter().map(|(n, v)| (&**n, *v)).collect();
-            let added = AddedEffect::fixed(part.name, &values);
-            is_drift_of_heading |= alias::is_drift_of_heading(rig, strikes, &added)?;
+            drifts |= alias::is_drift_of_heading(rig, strikes, &added(part))?;
         }
-        if is_drift_of_heading {
+        if drifts {
             let note = notes::not_named(&self.names(), WhyNot::HeadingDrifts);
             let cause = Some(Cause::HeadingInOrder);
             return Ok(unnamed(unexplained, cause, Some(note)));

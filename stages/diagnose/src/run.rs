@@ -441,26 +441,47 @@ mod tests {
 
     use super::*;
 
+    /// Held-out strikes that miss by these errors (m), where repeats scatter by 4 mm and stops wander by this much.
+    fn missed_by(errors: &[f64], wander: f64) -> (Gap, Vec<StopResidual>) {
+        let variation = question::Variation {
+            repeats: 0.004,
+            wander,
+            ..question::Variation::default()
+        };
+        let strike = Strike {
+            split: Split::Test,
+            ..Strike::bare(
+                Command::new(0.5, 0.0),
+                Point::default(),
+                Point::new(0.3, 0.0),
+            )
+        };
+        let strikes = vec![&strike; errors.len()];
+        let stops: Vec<_> = errors.iter().map(|e| Some(Point::new(*e, 0.0))).collect();
+        let residuals = gap::residuals(&strikes, &stops, &stops);
+        (gap::gap(&stops, &stops, variation), residuals)
+    }
+
+    #[test]
+    fn a_wander_that_misses_by_far_more_than_repeats_scatter_is_not_consistent() {
+        let changes = |errors: &[f64], wander| {
+            let (gap, residuals) = missed_by(errors, wander);
+            changes_greatly(&gap, &residuals)
+        };
+        assert!(changes(&[0.001; 8], 0.0121));
+        assert!(!changes(&[0.001; 8], 0.0119));
+        assert!(changes(&[0.0121; 8], 0.006));
+        assert!(!changes(&[0.0119; 8], 0.006));
+        // Where nothing wanders, or few judge, misses say nothing of it.
+        assert!(!changes(&[0.0121; 8], 0.003));
+        assert!(!changes(&[0.0121; 7], 0.006));
+    }
+
     #[test]
     fn a_world_that_misses_by_far_more_than_strikes_scatter_is_not_theirs() {
         let contradicts = |errors: &[f64]| {
-            let variation = question::Variation {
-                repeats: 0.004,
-                wander: 0.003,
-                ..question::Variation::default()
-            };
-            let strike = Strike {
-                split: Split::Test,
-                ..Strike::bare(
-                    Command::new(0.5, 0.0),
-                    Point::default(),
-                    Point::new(0.3, 0.0),
-                )
-            };
-            let strikes = vec![&strike; errors.len()];
-            let stops: Vec<_> = errors.iter().map(|e| Some(Point::new(*e, 0.0))).collect();
-            let gap = gap::gap(&stops, &stops, variation);
-            contradicts_its_strikes(&gap, &gap::residuals(&strikes, &stops, &stops))
+            let (gap, residuals) = missed_by(errors, 0.003);
+            contradicts_its_strikes(&gap, &residuals)
         };
         assert!(contradicts(&[0.0101; 8]));
         assert!(!contradicts(&[0.0099; 8]));

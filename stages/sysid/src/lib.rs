@@ -181,11 +181,11 @@ impl Stage for Sysid {
                 let planar = StrikeSimulator::planar(&input.rig, world, &strikes, &free)?;
                 Ok(planar.map(|planar| planar.by_way(mujoco.is_by_way)))
             };
-            let Some(near) = planar(world)? else {
+            let Some(first) = planar(world)? else {
                 return fit::fit(mujoco, mujoco, world, launch, free, progress);
             };
             // Where the planar form goes astray the fit goes on in MuJoCo from where it began.
-            let near = fit::fit(&near, &near, world, launch, free.clone(), progress);
+            let near = fit::fit(&first, &first, world, launch, free.clone(), progress);
             let (world, launch) = near
                 .as_ref()
                 .map_or((world, launch), |near| (&near.world, near.launch));
@@ -195,10 +195,15 @@ impl Stage for Sysid {
         };
         // Launches that scatter by as much as is allowed for do so for something that the world lacks: that is no scatter of a box's way.
         let fit = |world: &World, launch, free: Vec<String>| {
-            let fitted = fit_in(&by_way, world, launch, free.clone());
-            match fitted {
-                Ok(fitted) if !(fitted.is_by_way && fitted.components.is_at_bound()) => Ok(fitted),
-                _ => fit_in(&mujoco, world, launch, free),
+            if !by_way.is_by_way {
+                return fit_in(&mujoco, world, launch, free);
+            }
+            match fit_in(&by_way, world, launch, free.clone()) {
+                Ok(fitted) if !fitted.components.are_launches_at_bound() => Ok(fitted),
+                other => {
+                    let simulations = other.map_or(0, |other| other.simulations);
+                    Ok(fit_in(&mujoco, world, launch, free)?.after(simulations))
+                }
             }
         };
         // The planar form's launches are smooth; those of a tip that slips in some strikes are not, and its friction is fitted in MuJoCo.

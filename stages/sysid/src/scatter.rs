@@ -88,18 +88,23 @@ impl VarianceComponents {
     /// Each scatter that is as great as is allowed for.
     pub(crate) fn at_bounds(&self) -> impl Iterator<Item = Note> {
         let at_bound = BOUNDED.into_iter();
-        let at_bound = at_bound.filter(|(i, _)| self.nuisance[*i] > 0.999 * GREATEST);
+        let at_bound = at_bound.filter(|(place, _)| self.is_at_bound(*place));
         at_bound.map(|(_, of)| Note::ScatterAtBound {
             of,
             bound: GREATEST,
         })
     }
 
-    /// Whether launches scatter by as much as is allowed for.
-    pub(crate) fn is_at_bound(&self) -> bool {
+    /// Whether a nuisance scatters by as much as is allowed for.
+    fn is_at_bound(&self, place: usize) -> bool {
+        self.nuisance[place] > 0.999 * GREATEST
+    }
+
+    /// Whether launches do.
+    pub(crate) fn are_launches_at_bound(&self) -> bool {
         [SPEED, ANGLE]
-            .iter()
-            .any(|place| self.nuisance[*place] > 0.999 * GREATEST)
+            .into_iter()
+            .any(|place| self.is_at_bound(place))
     }
 
     /// Largest relative change of a standard deviation.
