@@ -20,7 +20,8 @@ use crate::write::{Cell, write, write_with};
 
 /// The columns of the public interface, `order`, and what else is known of a strike where the arm's state or the object's yaw was logged: null where
 /// it was not. Where `end` is not `rest` there is no stop, and no path. `moving` is the velocity that the object had before, null where it rested.
-/// `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again.
+/// `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again, or
+/// went on pushing it: without a state null for what its command does not tell.
 pub(crate) const STRIKES: Table<24> = Table {
     name: "strikes",
     columns: [
@@ -127,7 +128,10 @@ fn cells(strike: &Strike) -> [Cell<'_>; 24] {
         Cell::real_or_null(arm.map(|arm| arm.tip_speed)),
         Cell::real_or_null(arm.map(|arm| arm.tip_angle)),
         Cell::real_or_null(arm.map(|arm| arm.contact)),
-        arm.map_or(Cell::Null, |arm| Cell::Count(arm.pushed_again.into())),
+        match arm.is_some() || strike.conditions.is_pushed_on {
+            true => Cell::Count(strike.is_pushed_by_arm().into()),
+            false => Cell::Null,
+        },
         Cell::real_or_null(yaw.map(|yaw| yaw.initial)),
         Cell::Text(strike.track.end.name()),
         Cell::real_or_null(strike.conditions.moving.map(|moving| moving.x)),
@@ -213,6 +217,8 @@ pub fn read_strikes(dir: &Path) -> Result<Vec<Strike>, TableError> {
 fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
     let real = |name| batch.real(name)[row];
     let text = |name| batch.text(name).value(row).to_string();
+    let arm = delivered(batch, row);
+    let pushed = batch.count_or_null("pushed_again", row);
     Ok(Strike {
         id: text("strike_id"),
         log: text("log"),
@@ -241,8 +247,9 @@ fn strike(batch: &Batch, row: usize) -> Result<Strike, TableError> {
                     .map(|(x, y)| Point::new(x, y))
             },
             is_unstruck: false,
+            is_pushed_on: arm.is_none() && pushed == Some(1),
         },
-        delivered: delivered(batch, row),
+        delivered: arm,
     })
 }
 

@@ -39,6 +39,7 @@ fn strike(number: usize, frames: usize) -> Strike {
             yaw: number.is_multiple_of(4).then_some(0.1 + shift),
             moving: None,
             is_unstruck: false,
+            is_pushed_on: number % 9 == 1,
         },
         delivered: number.is_multiple_of(3).then_some(Delivered {
             tip_speed: 0.69 + shift,

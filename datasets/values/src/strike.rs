@@ -127,6 +127,9 @@ pub struct Conditions {
     /// Whether no strike began the slide, such as a hand's push. The command is then the object's own velocity at the track's beginning.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_unstruck: bool,
+    /// Whether the arm, whose state is not known, went on pushing after the impact, by its command and the track.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_pushed_on: bool,
 }
 
 /// One strike that was kept.
@@ -240,13 +243,16 @@ impl Strike {
         self.stop - self.initial
     }
 
-    /// Whether the object was pushed a second time before it rested: its slide is not a free one. Seen from the arm where its
-    /// state was logged, and from the track.
+    /// Whether the object was pushed on, or a second time, before it rested: its slide is not a free one. Seen from the arm's state where it was
+    /// logged, else from its command, and from the track.
     pub fn is_pushed_again(&self) -> bool {
-        let by_arm = self
-            .delivered
-            .is_some_and(|delivered| delivered.pushed_again);
-        by_arm || self.track.is_pushed_again()
+        self.is_pushed_by_arm() || self.track.is_pushed_again()
+    }
+
+    /// Whether the arm's state, or else its command, shows that the tip pushed the object after the impact.
+    pub fn is_pushed_by_arm(&self) -> bool {
+        let by_state = self.delivered.map(|delivered| delivered.pushed_again);
+        by_state.unwrap_or(self.conditions.is_pushed_on)
     }
 }
 

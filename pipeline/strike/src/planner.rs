@@ -98,6 +98,7 @@ impl Planner {
                 yaw: None,
                 moving: None,
                 is_unstruck: false,
+                is_pushed_on: false,
             },
             good_for: GOOD_FOR,
         })

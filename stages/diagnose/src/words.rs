@@ -72,8 +72,8 @@ pub enum Cause {
     NeverNamed(Vec<AddedEffect>),
     Varies(Variation),
     #[display(
-        "in most strikes the object speeds up again after it slowed down, which nothing in the library does; look whether the arm goes on \
-         behind the object, or the table moves (a vibration), and log again"
+        "in most strikes the object is pushed on after the impact, or speeds up again after it slowed down, which nothing in the library does; \
+         look whether the arm goes on behind the object (end the command at the impact), or the table moves (a vibration), and log again"
     )]
     PushedAgain,
     #[display(
@@ -308,7 +308,7 @@ pub enum Note {
         value: f64,
     },
     #[display(
-        "strikes left out, for the object speeds up again after it slowed down, as if the arm went on behind it: {count}"
+        "strikes left out, for the arm pushes the object on after the impact, or it speeds up again as if it did: {count}"
     )]
     PushedAgain {
         count: usize,

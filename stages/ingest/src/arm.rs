@@ -335,20 +335,25 @@ fn contact(context: &LaunchContext<'_>) -> f64 {
     let distances: Vec<(f64, f64)> = (0..count)
         .map(|i| (track.t[i], track.point(i).distance(context.initial)))
         .collect();
-    let n = count as f64;
-    let (t, d) = distances
-        .iter()
-        .fold((0.0, 0.0), |sum, (t, d)| (sum.0 + t / n, sum.1 + d / n));
-    let (tt, td) = distances.iter().fold((0.0, 0.0), |sum, p| {
-        (sum.0 + (p.0 - t).powi(2), sum.1 + (p.0 - t) * (p.1 - d))
-    });
-    let meets = t - d * tt / td;
+    let (at_zero, slope) = line(&distances);
+    let meets = -at_zero / slope;
     let (low, high) = (-context.gap, AFTER * context.gap);
-    if meets.is_finite() && td > 0.0 {
+    if meets.is_finite() {
         meets.clamp(low, high)
     } else {
         0.5 * low
     }
+}
+
+/// Value at zero, and slope, of a line through values over times, by least squares.
+fn line(points: &[(f64, f64)]) -> (f64, f64) {
+    let n = points.len() as f64;
+    let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / n;
+    let (t, d) = (mean(|point| point.0), mean(|point| point.1));
+    let squares: f64 = points.iter().map(|point| (point.0 - t).powi(2)).sum();
+    let products = points.iter().map(|point| (point.0 - t) * (point.1 - d));
+    let slope = products.sum::<f64>() / squares;
+    (d - slope * t, slope)
 }
 
 /// The command's profile laid through states: velocity = factor · command(t − delay), the factor a turn and a share.
@@ -509,6 +514,59 @@ fn correction(residuals: &[(f64, Point)], moment: f64) -> Point {
     value * (1.0 - 2.0 * variance / length)
 }
 
+/// The tip is at the object within this, in m and in deviations of the camera's noise.
+const REACH: f64 = 0.002;
+const REACH_NOISE: f64 = 4.0;
+
+/// Whether an arm whose state is not known went on pushing an object that came to rest there, by its command: the object was where the tip
+/// was commanded to be when the plateau ended, and its slide since, followed back to the contact, would have begun behind its place.
+pub(crate) fn pushes_on(context: &LaunchContext<'_>, stop: Point) -> bool {
+    /// Part of the way commanded after contact by which an arm that delivers its command may be elsewhere. Of another arm it tells nothing.
+    const NEAR: f64 = 0.03;
+    /// A push leads a slide ahead of a free one by what it would have been braked by meanwhile; by these parts of it, as friction is even by half.
+    const AHEAD: std::ops::Range<f64> = 0.5..2.0;
+    /// Frames during the push, and of the slide after it, at the least; and part of the whole way up to which it slides.
+    const PUSHED: usize = 2;
+    const SLIDES: usize = 3;
+    const GOES: f64 = 0.9;
+    let Some(first) = context.commands.first() else {
+        return false;
+    };
+    let contact = contact(context);
+    let moment = since(first.stamp, context.first_motion) + contact;
+    let pushed_for = Commands::new(context.commands).plateau_end - moment;
+    let command = context.command;
+    let ahead = Point::new(command.angle.cos(), command.angle.sin());
+    let gone = |place: Point| (place - context.initial).dot(ahead);
+    let whole = gone(stop);
+    let frames = (0..context.track.len())
+        .map(|i| (context.track.t[i] - contact, gone(context.track.point(i))));
+    let (pushed, after): (Vec<_>, Vec<_>) = frames
+        .filter(|(t, _)| *t >= 0.0)
+        .partition(|(t, _)| *t <= pushed_for);
+    // Under even braking the root of the way that is left falls evenly.
+    let left: Vec<(f64, f64)> = after
+        .into_iter()
+        .filter(|(_, gone)| *gone < GOES * whole)
+        .map(|(t, gone)| (t, (whole - gone).sqrt()))
+        .collect();
+    let Some(last) = pushed.last() else {
+        return false;
+    };
+    if pushed.len() < PUSHED || left.len() < SLIDES {
+        return false;
+    }
+    let (root, slope) = line(&left);
+    let braked = slope.powi(2) * pushed_for.powi(2);
+    let led = root.powi(2) - whole;
+    let reach = REACH + REACH_NOISE * context.noise;
+    let tip = command.speed * last.0;
+    (last.1 - tip).abs() < reach + NEAR * tip
+        && slope < 0.0
+        && braked.min(led) > reach
+        && AHEAD.contains(&(led / braked))
+}
+
 /// Whether the tip was at the object again, or still, when an impact is long over, and went on.
 fn reaches_again(
     states: &[(f64, State)],
@@ -519,9 +577,6 @@ fn reaches_again(
 ) -> bool {
     /// Time, in s, after which an impact is over.
     const BLOW: f64 = 0.1;
-    /// The tip is at the object within this, in m and in deviations of the camera's noise.
-    const REACH: f64 = 0.002;
-    const REACH_NOISE: f64 = 4.0;
     /// Share of its speed at contact below which an arm pushes no more.
     const PUSHES: f64 = 0.3;
     /// Number of frames in a row that show it.

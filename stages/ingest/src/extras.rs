@@ -8,7 +8,9 @@ use std::collections::VecDeque;
 use logs::Sample;
 use values::{Rig, Strike};
 
-use crate::arm::{LaunchContext, Meeting, State, TouchDelay, behind, delay, delivered, meeting};
+use crate::arm::{
+    LaunchContext, Meeting, State, TouchDelay, behind, delay, delivered, meeting, pushes_on,
+};
 use crate::notes::Note;
 use crate::order::Stamped;
 use crate::robust::median;
@@ -228,6 +230,8 @@ impl Extras {
         });
         self.meetings.extend(met);
         self.late.extend(found.map(|(_, late)| late));
+        strike.conditions.is_pushed_on =
+            found.is_none() && strike.has_stop() && pushes_on(&context, strike.stop);
         strike.delivered = found.map(|(delivered, _)| delivered);
         keep(waiting.strike);
     }

@@ -11,7 +11,7 @@ use crate::outcome::{LogFile, LogOutcome, StrikeSummary};
 
 impl ListStage for Ingest {
     const NAME: &'static str = "ingest";
-    const VERSION: u32 = 33;
+    const VERSION: u32 = 34;
     type Shared = Rig;
     type Item = LogFile;
     type Entry = Strike;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// What to look at on the rig, what the data cannot determine, and what a world does not model.
 #[derive(Clone, Debug, Display, Serialize, Deserialize)]
 pub enum Note {
-    #[display("in {count} of {of} strikes the object speeds up again after it slowed down, as if the arm went on behind it or the table moved: {}",
+    #[display("in {count} of {of} strikes the arm pushes the object on after the impact, or it speeds up again as if the arm or the table did: {}",
         if *are_left_out { "left out" } else { "kept, for they are most, or too few others are there" })]
     PushedAgain {
         count: usize,

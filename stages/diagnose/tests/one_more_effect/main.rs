@@ -48,6 +48,7 @@ fn strikes(rig: &Rig, world: &World, log_state: bool) -> Vec<Strike> {
                 yaw: None,
                 moving: None,
                 is_unstruck: false,
+                is_pushed_on: false,
             };
             let initial = Point::new(0.25, 0.1 * share);
             let delivered = Command {

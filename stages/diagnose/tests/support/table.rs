@@ -436,6 +436,7 @@ impl Table {
                 yaw: None,
                 moving: None,
                 is_unstruck: false,
+                is_pushed_on: false,
             },
             delivered: None,
         }

@@ -225,7 +225,7 @@ fn states_that_do_not_reach_contact_give_nothing() {
     );
 }
 
-/// An arm that goes on behind the object, at a part of its speed after the impact.
+/// Whether an arm has pushed on that goes on behind the object, at a part of its speed after the impact: by its state.
 fn pushed(goes_on: f64) -> bool {
     let commands: Vec<Sample> = (0..200)
         .map(|i| Sample {
@@ -315,4 +315,59 @@ fn an_arm_whose_states_lie_beside_its_commands_is_seen_to() {
         }
     }
     assert_eq!(behind(&[], &commands), None);
+}
+
+/// Whether an arm has pushed on that is commanded to go on for so long (s) after an impact by which the object leaves at this multiple of its speed:
+/// by its command. A table brakes by 3 m/s²; the arm delivers this part of the command.
+fn pushed_by_command(lasts: f64, gain: f64, delivers: f64) -> bool {
+    const SPEED: f64 = 0.7;
+    let commands: Vec<Sample> = (0..80)
+        .map(|i| Sample {
+            stamp: i * 10_000_000,
+            x: if i as f64 * 0.01 <= 0.1 + lasts {
+                SPEED
+            } else {
+                0.0
+            },
+            y: 0.0,
+        })
+        .collect();
+    let (mut object, mut tip, mut speed) = (0.0, 0.0, gain * delivers * SPEED);
+    let mut track = Track::default();
+    for i in 0..1000 {
+        if i % 16 == 4 {
+            track.t.push(f64::from(i - 4) * 1e-3);
+            track.x.push(object);
+            track.y.push(0.0);
+        }
+        let arm = if f64::from(i) * 1e-3 < lasts {
+            delivers * SPEED
+        } else {
+            0.0
+        };
+        if object <= tip && speed < arm {
+            speed = arm;
+        }
+        object += speed * 1e-3;
+        tip += arm * 1e-3;
+        speed = f64::max(speed - 3e-3, 0.0);
+    }
+    let context = LaunchContext {
+        commands: &commands,
+        command: Command::new(SPEED, 0.0),
+        first_motion: 104_000_000,
+        gap: 0.016,
+        initial: Point::default(),
+        track: &track,
+        noise: 0.0005,
+    };
+    pushes_on(&context, Point::new(object, 0.0))
+}
+
+#[test]
+fn an_arm_that_is_commanded_to_go_on_behind_a_slow_object_pushes_it_on() {
+    assert!(pushed_by_command(0.1, 1.02, 1.0) && pushed_by_command(0.15, 1.1, 1.0));
+    // It ends at the impact, or the object is faster, or the arm is slower than it is told to be.
+    assert!(!pushed_by_command(0.0, 1.02, 1.0) && !pushed_by_command(0.02, 1.02, 1.0));
+    assert!(!pushed_by_command(0.1, 1.4, 1.0) && !pushed_by_command(0.1, 1.4, 0.7));
 }
