@@ -21,6 +21,7 @@ use crate::{
     fitted_world::{fitted_world, scatter},
     gap,
     heldout::{self, Gains},
+    mixed,
     model::{FRICTION, RESTITUTION, added, specification},
     next::{next_strikes, repeats},
     notes,
@@ -254,9 +255,14 @@ impl Case<'_, '_> {
         // leave the world's by far more than the camera's noise do. A box may tip on its way.
         // Where hardly any strike rests, tracks are all that there is to judge by.
         let by_tracks = !Strike::most_rest(prepared.strikes.iter().copied());
+        // So does friction that scatters by as much as is allowed for: that is hardly a table's.
+        let is_unlike_scatter = || {
+            null.is_far_from_round(prepared)
+                || null.estimated.components.is_at_bound(mixed::FRICTION)
+        };
         let is_gap = self.asked.is_gap()
             || self.is_real && by_tracks
-            || !question::has_repeats(prepared) && self.is_real && null.is_far_from_round(prepared);
+            || !question::has_repeats(prepared) && self.is_real && is_unlike_scatter();
         let is_tried = !self.gains.likelihood.is_empty() || !self.selection.effects.is_empty();
         if !(is_gap || self.is_real && is_tried) {
             return Ok(unnamed(Verdict::Consistent, None, None));
@@ -293,11 +299,11 @@ impl Case<'_, '_> {
             return Ok(unnamed(unexplained, cause, note));
         }
         if let Some(name) = fitted.at_its_strongest() {
+            // What it stands for predicts strikes that took no part: there is a gap, whatever it is.
             let why = WhyNot::AtItsStrongest { name: name.into() };
             let cause = self.asked.findings.first().map(depends);
-            let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
             let note = notes::not_named(&self.names(), why);
-            return Ok(unnamed(unexplained, cause, Some(note)));
+            return Ok(unnamed(Verdict::Unexplained, cause, Some(note)));
         }
         let is_by_order = |name: &&str| effect(name).is_ok_and(|spec| spec.family.is_by_order());
         let (by_session, drifts): (Vec<&str>, Vec<&str>) = self

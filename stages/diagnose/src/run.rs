@@ -34,7 +34,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 66;
+    const VERSION: u32 = 67;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
