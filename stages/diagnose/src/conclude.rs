@@ -21,7 +21,6 @@ use crate::{
     fitted_world::{fitted_world, scatter},
     gap,
     heldout::{self, Gains},
-    mixed,
     model::{FRICTION, RESTITUTION, added, specification},
     next::{next_strikes, repeats},
     notes,
@@ -252,17 +251,12 @@ impl Case<'_, '_> {
         // A score that no effect takes, of strikes that depend on nothing that was commanded, on no order and no place, is noise of another
         // form than the one that was drawn.
         // Where no command was repeated, what no question finds is taken for scatter, so that stops alone cannot say that there is no gap: tracks that
-        // leave the world's by far more than the camera's noise do. A box may tip on its way.
+        // leave the world's by far more than the camera's noise do, and friction that scatters by as much as is allowed for.
         // Where hardly any strike rests, tracks are all that there is to judge by.
         let by_tracks = !Strike::most_rest(prepared.strikes.iter().copied());
-        // So does friction that scatters by as much as is allowed for: that is hardly a table's.
-        let is_unlike_scatter = || {
-            null.is_far_from_round(prepared)
-                || null.estimated.components.is_at_bound(mixed::FRICTION)
-        };
         let is_gap = self.asked.is_gap()
             || self.is_real && by_tracks
-            || !question::has_repeats(prepared) && self.is_real && is_unlike_scatter();
+            || !question::has_repeats(prepared) && self.is_real && null.is_unlike_scatter(prepared);
         let is_tried = !self.gains.likelihood.is_empty() || !self.selection.effects.is_empty();
         if !(is_gap || self.is_real && is_tried) {
             return Ok(unnamed(Verdict::Consistent, None, None));

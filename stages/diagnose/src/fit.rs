@@ -63,6 +63,13 @@ impl Fitted {
         prepared.rig.object.shape().is_round() && self.is_far_from(prepared)
     }
 
+    /// Whether what strikes differ by is hardly scatter, where no repeats tell: tracks of a round object are far from it, or friction scatters by as much
+    /// as is allowed for.
+    pub(crate) fn is_unlike_scatter(&self, prepared: &PreparedStrikes<'_>) -> bool {
+        let components = &self.estimated.components;
+        self.is_far_from_round(prepared) || components.is_at_bound(mixed::FRICTION)
+    }
+
     /// This fit restricted to some of the strikes, its estimates unchanged.
     pub(crate) fn only(&self, places: &[usize]) -> Self {
         Self {

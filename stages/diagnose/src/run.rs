@@ -141,7 +141,7 @@ impl Diagnose {
         // Flips guard against noise of another form than the one that was drawn. The question believes no form of it, and no camera errs by far
         // more than is stated.
         let is_beyond_noise = asked.is_gap()
-            || !question::has_repeats(&prepared) && null.is_far_from_round(&prepared);
+            || !question::has_repeats(&prepared) && null.is_unlike_scatter(&prepared);
         let is_real = p_value.is_real() || p_value.is_real_as_drawn() && is_beyond_noise;
         let is_sought = is_real && !usable.are_pushed_again;
         let mut last_resorts = if is_sought {
