@@ -193,7 +193,7 @@ impl Strikes {
         let note = |(log, name): (usize, &String)| {
             let caught = places.iter().filter(|p| p.log == log && p.caught.is_some());
             let count = caught.count();
-            (count > 0).then(|| format!("{name}: {count} objects stand from one frame to the next, as no table stops the others of the log: something stopped them, and their tracks count up to there, without a stop"))
+            (count > 0).then(|| format!("{name}: objects that stand from one frame to the next, as no table stops the others of the log: {count}; something stopped them, and their tracks count up to there, without a stop"))
         };
         let notes = names.iter().enumerate().filter_map(note).collect();
         let strikes = Self {

@@ -140,11 +140,12 @@ fn next(diagnosis: &Diagnosis) -> String {
     let count = diagnosis.next_strikes.len();
     match (diagnosis.verdict, count) {
         (Verdict::Consistent, 0) => {
-            "next       no effect shows beyond scatter: `strike` it\n".into()
+            "next       no effect shows that would move stops beyond scatter: none is added\n"
+                .into()
         }
         (Verdict::Consistent, 1..) => format!(
-            "next       no effect shows beyond scatter: `strike` it. No command was repeated: the {count} strikes\n           \
-             in {NEXT_STRIKES} would tell whether repeats scatter by as much\n"
+            "next       no effect shows that would move stops beyond scatter: none is added. No command was\n           \
+             repeated: the {count} strikes in {NEXT_STRIKES} would tell whether repeats scatter by as much\n"
         ),
         (Verdict::Named, 1..) if diagnosis.gap.after > diagnosis.gap.before => format!(
             "next       on held-out strikes the effects bring stops no nearer; the {count} strikes in\n           \

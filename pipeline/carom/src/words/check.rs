@@ -877,7 +877,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
         Finding::FewStrikes { strikes } => said(
             format!("{strikes} strikes began a motion"),
             "that is enough for a look, and few for a model: 81 % are learnt from, the others judge",
-            "record 100 (a first version needs 80, so that 8 are held out to judge it); `carom collect` spreads them over speed, angle and table".into(),
+            "record 100 (8 held-out strikes judge a first version, and of 80 strikes 8 or more are held out in 99 of 100 runs); `carom collect` spreads them over speed, angle and table".into(),
         ),
         Finding::OneSpeed { speed } => said(
             format!("all strikes have nearly one speed, {speed:.2} m/s"),
