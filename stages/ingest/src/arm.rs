@@ -338,7 +338,7 @@ fn contact(context: &LaunchContext<'_>) -> f64 {
     let (at_zero, slope) = line(&distances);
     let meets = -at_zero / slope;
     let (low, high) = (-context.gap, AFTER * context.gap);
-    if meets.is_finite() {
+    if meets.is_finite() && slope > 0.0 {
         meets.clamp(low, high)
     } else {
         0.5 * low
