@@ -20,8 +20,8 @@ use crate::write::{Cell, write, write_with};
 
 /// The columns of the public interface, `order`, and what else is known of a strike where the arm's state or the object's yaw was logged: null where
 /// it was not. Where `end` is not `rest` there is no stop, and no path. `moving` is the velocity that the object had before, null where it rested.
-/// `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again, or
-/// went on pushing it: without a state null for what its command does not tell.
+/// `contact` is on the track's clock; `pushed_again` is 1 where the arm reached the object again or went on pushing it, and null where neither its
+/// state nor its command tells.
 pub(crate) const STRIKES: Table<24> = Table {
     name: "strikes",
     columns: [

@@ -73,7 +73,7 @@ pub enum Cause {
     Varies(Variation),
     #[display(
         "in most strikes the object is pushed on after the impact, or speeds up again after it slowed down, which nothing in the library does; \
-         look whether the arm goes on behind the object (end the command at the impact), or the table moves (a vibration), and log again"
+         look whether the arm goes on behind the object (shorten the command beyond the impact), or the table moves (a vibration), and log again"
     )]
     PushedAgain,
     #[display(
