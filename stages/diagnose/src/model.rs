@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use values::Rig;
 use world::{
     AddedEffect, Base, Estimate, ParameterSpec, WorldError,
-    effects::{self, Effect, EffectParameter},
+    effects::{self, Effect, EffectParameter, Parameters},
     parameter,
 };
 
@@ -193,6 +193,7 @@ impl Model {
             let is_strength = part.strengths.contains(name);
             let (centre, width) = match part.shrinks_to {
                 Some(width) if is_strength => (spec.neutral, width),
+                _ if spec.is_detail => (spec.neutral, spec.scale),
                 _ => (value, PRIOR * spec.scale),
             };
             model.free.push(FreeParameter {
@@ -212,18 +213,33 @@ impl Model {
 
     /// This model without the effect at `place`, the others at their present values.
     pub(crate) fn without(&self, place: usize) -> Self {
-        let mut model = Self {
+        let mut parts = self.fitted_parts(&self.values);
+        parts.remove(place);
+        self.of(parts)
+    }
+
+    /// This model with the details of its effects' forms free; `None` where they have none.
+    pub(crate) fn with_details(&self) -> Option<Self> {
+        let mut parts = self.fitted_parts(&self.values);
+        for part in &mut parts {
+            let details = details(part.name).map(|detail| detail.name.to_string());
+            part.free.extend(details);
+        }
+        let model = self.of(parts);
+        (model.free.len() > self.free.len()).then_some(model)
+    }
+
+    /// This world's own numbers with these effects.
+    fn of(&self, parts: Vec<Part>) -> Self {
+        let mut plain = Self {
             parts: Vec::new(),
             free: self.free[..self.own()].to_vec(),
             values: self.values[..self.own()].to_vec(),
         };
-        model.free[RESTITUTION].low = world_parameter("restitution").low;
-        for (i, part) in self.fitted_parts(&self.values).into_iter().enumerate() {
-            if i != place {
-                model = model.with(part);
-            }
-        }
-        model
+        plain.free[RESTITUTION].low = world_parameter("restitution").low;
+        parts
+            .into_iter()
+            .fold(plain, |model, part| model.with(part))
     }
 
     /// The parts with the free parameters at these values.
@@ -309,6 +325,15 @@ pub(crate) fn added(part: &Part) -> AddedEffect {
             .map(|(name, value)| (name.clone(), Estimate::fixed(*value)))
             .collect(),
     }
+}
+
+/// The details of an effect's form.
+fn details(effect: &str) -> impl Iterator<Item = &'static EffectParameter> {
+    let listed = match effects::effect(effect).map(|spec| spec.parameters) {
+        Ok(Parameters::Listed(listed)) => listed,
+        _ => &[],
+    };
+    listed.iter().filter(|parameter| parameter.is_detail)
 }
 
 /// Specification of an effect's parameter.

@@ -23,8 +23,9 @@ use crate::{
     score::ScoreTest,
     screen::{Chance, screen_by},
     search::{
-        Limits, SelectedEffect, Selection, least_that_moves_little, search, with_last_resorts,
-        with_replacements, with_rivals, with_special_cases, with_wander, without,
+        Limits, SelectedEffect, Selection, least_that_moves_little, search, with_details,
+        with_last_resorts, with_replacements, with_rivals, with_special_cases, with_wander,
+        without,
     },
     sessions::is_by_session,
     strikes::PreparedStrikes,
@@ -34,7 +35,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 67;
+    const VERSION: u32 = 68;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -189,6 +190,7 @@ impl Diagnose {
             selection = with_replacements(selection, &of_any_shape, &mut chance, replicates, true)?;
         }
         let selection = with_special_cases(selection, &candidates, &chance)?;
+        let selection = with_details(selection, &chance)?;
         let is_wander = |selection: &Selection<'_>| {
             let by_session = selection
                 .effects

@@ -13,15 +13,8 @@ use super::{
 
 const NODES: Nodes = Nodes {
     count: 48,
-    height: EffectParameter {
-        name: "height",
-        unit: "",
-        low: -0.9,
-        high: 3.0,
-        neutral: 0.0,
-        // Friction of real tables varies by 10 to 20 %.
-        scale: 0.15,
-    },
+    // Friction of real tables varies by 10 to 20 %.
+    height: EffectParameter::new("height", "", [-0.9, 3.0], 0.15),
 };
 /// Least factor on friction: however deep bumps add up, this share of friction is left.
 const LEAST_FACTOR: f64 = 0.05;

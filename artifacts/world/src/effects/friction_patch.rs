@@ -1,6 +1,7 @@
 //! A disc on the table with another friction: a stain, a worn spot, a sheet of tape.
 //!
-//! Friction changes by the share of the object's base that lies on the disc, both taken as circles, so that it is smooth.
+//! Friction changes by the share of the object's base that lies on the disc, both taken as circles, so that it is smooth. Real patches are longer one way
+//! and fade out at their edge: details, without which the strength of a patch would be surely wrong.
 
 use std::f64::consts::PI;
 
@@ -8,7 +9,11 @@ use values::Point;
 
 use super::{
     Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, footprint, friction_step::SMALL, parameters::middle, wording,
+    Origin, Parameters, Slide, Values,
+    footprint::{Footprint, LEAD, SOFTNESS},
+    friction_step::SMALL,
+    parameters::middle,
+    wording,
 };
 
 /// Width in m of the cells on which patches are tried, and their radii.
@@ -20,22 +25,23 @@ const FRAMES: usize = 12;
 const LARGE_CELL: f64 = 0.15;
 const LARGE_RADII: [f64; 2] = [0.25, 0.45];
 
-/// Friction patch; parameters `center_x`, `center_y`, `radius` of the disc, and the relative `change` of friction on it.
+/// Elongation from which a patch is told as an ellipse.
+const OBLONG: f64 = 0.1;
+
+/// Friction patch; parameters `center_x`, `center_y`, `radius` of the disc, and the relative `change` of friction on it. Details: [`SOFTNESS`] and [`LEAD`]
+/// of its edge, and the logarithms by which it is longer along x (`elongation`) and along the diagonal between x and y (`skew`) than a disc of its area.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_patch",
     parameters: Parameters::Listed(&[
         middle("center_x", 0.5),
         middle("center_y", 0.0),
         EffectParameter::new("radius", "m", [0.01, 0.5], 0.05).neutral_at(0.1),
-        EffectParameter {
-            name: "change",
-            unit: "",
-            // A fiftieth of the table's friction: no surface has less, and with none an object would never stop there.
-            low: -0.98,
-            high: 3.0,
-            neutral: 0.0,
-            scale: 0.3,
-        },
+        // A fiftieth of the table's friction: no surface has less, and with none an object would never stop there.
+        EffectParameter::new("change", "", [-0.98, 3.0], 0.3),
+        SOFTNESS,
+        LEAD,
+        EffectParameter::new("elongation", "", [-1.0, 1.0], 0.25).as_detail(),
+        EffectParameter::new("skew", "", [-1.0, 1.0], 0.25).as_detail(),
     ]),
     family: Family::FrictionByPlace,
     origin: Origin::Table,
@@ -49,26 +55,73 @@ pub const SPEC: EffectSpec = EffectSpec {
             centre: Point::new(values.get("center_x"), values.get("center_y")),
             radius: values.get("radius"),
             change: values.get("change"),
-            base: footprint::radius(rig),
+            base: Footprint::of(values, rig),
+            to_disc: stretch(longer(values) * -1.0),
+            shortest: (-longer(values).norm()).exp(),
         })
     },
     statement: |values| {
+        let (longer, radius) = (longer(values), values.get("radius"));
+        let shape = if longer.norm() < OBLONG {
+            format!("a disc of {:.1} cm radius", 100.0 * radius)
+        } else {
+            let [long, short] = [1.0, -1.0].map(|sign| radius * (sign * longer.norm()).exp());
+            format!(
+                "an ellipse of {:.1} by {:.1} cm (half axes; the longer one at {} from +x)",
+                100.0 * long,
+                100.0 * short,
+                wording::degrees(0.5 * longer.bearing())
+            )
+        };
         format!(
-            "friction is {} inside a disc of {:.1} cm radius around ({:.2}, {:.2}) m",
+            "friction is {} inside {shape} around ({:.2}, {:.2}) m",
             wording::higher(values.get("change")),
-            100.0 * values.get("radius"),
             values.get("center_x"),
             values.get("center_y")
         )
     },
 };
 
+/// Logarithms by which a patch is longer along x and along the diagonal.
+fn longer(values: &Values) -> Point {
+    Point::new(values.get("elongation"), values.get("skew"))
+}
+
+/// exp(L) by rows, L = [[a, b], [b, −a]] with (a, b) = `longer`.
+fn stretch(longer: Point) -> [Point; 2] {
+    let size = longer.norm();
+    let mean = size.cosh();
+    let by = if size == 0.0 { 0.0 } else { size.sinh() / size };
+    let (along, diagonal) = (by * longer.x, by * longer.y);
+    [
+        Point::new(mean + along, diagonal),
+        Point::new(diagonal, mean - along),
+    ]
+}
+
+fn product([first, second]: [Point; 2], by: Point) -> Point {
+    Point::new(first.dot(by), second.dot(by))
+}
+
+/// The edge of a patch with these values on the table, a closed line (m).
+pub fn patch_edge(values: &Values) -> Vec<Point> {
+    let centre = Point::new(values.get("center_x"), values.get("center_y"));
+    let directions = (0..=60).map(|k| 2.0 * PI * f64::from(k) / 60.0);
+    let stretch = stretch(longer(values));
+    directions
+        .map(|direction| Point::polar(values.get("radius"), direction))
+        .map(|on_disc| centre + product(stretch, on_disc))
+        .collect()
+}
+
 struct FrictionPatch {
     centre: Point,
     radius: f64,
     change: f64,
-    /// Radius of the circle of the base's area, in m.
-    base: f64,
+    base: Footprint,
+    /// Takes what lies about the centre to a disc of the same area, by rows; and how much it shortens at the most.
+    to_disc: [Point; 2],
+    shortest: f64,
 }
 
 impl Effect for FrictionPatch {
@@ -77,13 +130,13 @@ impl Effect for FrictionPatch {
     }
 
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        let apart = slide.position - self.centre;
-        1.0 + self.change * covered(self.base, self.radius, apart.dot(apart))
+        let apart = product(self.to_disc, self.base.felt_at(slide) - self.centre);
+        1.0 + self.change * covered(self.base.radius, self.radius, apart.dot(apart))
     }
 
     fn stretch(&self, position: Point) -> f64 {
-        let outside = position.distance(self.centre) - (self.base + self.radius);
-        outside.max(footprint::SMOOTH * self.base)
+        let apart = product(self.to_disc, position - self.centre);
+        self.shortest * self.base.smooth_within(apart.norm() - self.radius)
     }
 }
 
@@ -139,8 +192,14 @@ fn patches(experiment: &Experiment<'_>) -> Vec<FitStart> {
 mod tests {
     use values::Point;
 
-    use super::covered;
-    use crate::effects::tests::{Bench, DRY};
+    use std::f64::consts::PI;
+
+    use super::{covered, patch_edge};
+    use crate::effects::{
+        AddedEffect,
+        tests::{Bench, DRY},
+        values,
+    };
 
     #[test]
     fn a_slide_that_leaves_the_patch_stops_by_its_formula() {
@@ -178,6 +237,37 @@ mod tests {
             })
             .sum();
         area / (std::f64::consts::PI * base * base)
+    }
+
+    #[test]
+    fn an_ellipse_has_the_discs_area_and_its_longer_axis_where_it_is_told() {
+        for (elongation, skew) in [(0.4, 0.0), (-0.3, 0.0), (0.2, 0.25), (0.0, -0.5)] {
+            let given = [
+                ("center_x", 0.4),
+                ("center_y", -0.1),
+                ("radius", 0.1),
+                ("elongation", elongation),
+                ("skew", skew),
+            ];
+            let added = AddedEffect::fixed("friction_patch", &given);
+            let edge = patch_edge(&values(&added).expect("valid values"));
+            let centre = Point::new(0.4, -0.1);
+            let twice_area: f64 = edge
+                .windows(2)
+                .map(|pair| {
+                    let [from, to] = [pair[0] - centre, pair[1] - centre];
+                    from.x * to.y - from.y * to.x
+                })
+                .sum();
+            assert!((0.5 * twice_area / (PI * 0.01) - 1.0).abs() < 0.01);
+            let farthest = edge.iter().map(|at| *at - centre);
+            let farthest = farthest.max_by(|a, b| a.norm().total_cmp(&b.norm()));
+            let farthest = farthest.expect("an edge has points");
+            let size = f64::hypot(elongation, skew);
+            assert!((farthest.norm() / (0.1 * size.exp()) - 1.0).abs() < 0.01);
+            let turned = 2.0 * (farthest.bearing() - 0.5 * skew.atan2(elongation));
+            assert!(turned.cos() > 0.99, "{elongation} {skew}");
+        }
     }
 
     #[test]

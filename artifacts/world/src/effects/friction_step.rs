@@ -8,7 +8,10 @@ use values::Point;
 
 use super::{
     Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, footprint, parameters::direction, wording,
+    Origin, Parameters, Slide,
+    footprint::{Footprint, LEAD, SOFTNESS},
+    parameters::direction,
+    wording,
 };
 
 /// Directions across lines that are tried, in eighths of a turn, and lines of each: so many that a start lies within a base or
@@ -20,13 +23,15 @@ const LINES: u32 = 14;
 pub(super) const SMALL: f64 = 0.01;
 
 /// Friction step; parameters `direction`: of the line's normal, from +x; `offset`: of the line from the origin along that
-/// normal; `change`: the relative change of friction beyond it.
+/// normal; `change`: the relative change of friction beyond it; details of its edge [`SOFTNESS`] and [`LEAD`].
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_step",
     parameters: Parameters::Listed(&[
         direction(),
         EffectParameter::new("offset", "m", [-3.0, 3.0], 0.1).neutral_at(0.5),
         EffectParameter::new("change", "", [-0.9, 3.0], 0.2),
+        SOFTNESS,
+        LEAD,
     ]),
     family: Family::FrictionByPlace,
     origin: Origin::Table,
@@ -40,7 +45,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             normal: Point::polar(1.0, values.get("direction")),
             offset: values.get("offset"),
             change: values.get("change"),
-            base: footprint::radius(rig),
+            base: Footprint::of(values, rig),
         })
     },
     statement: |values| {
@@ -89,8 +94,7 @@ struct FrictionStep {
     normal: Point,
     offset: f64,
     change: f64,
-    /// Radius of the circle of the base's area, in m.
-    base: f64,
+    base: Footprint,
 }
 
 impl FrictionStep {
@@ -106,12 +110,11 @@ impl Effect for FrictionStep {
     }
 
     fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        1.0 + self.change * share_beyond(self.beyond(slide.position) / self.base)
+        1.0 + self.change * share_beyond(self.beyond(self.base.felt_at(slide)) / self.base.radius)
     }
 
     fn stretch(&self, position: Point) -> f64 {
-        let outside = self.beyond(position).abs() - self.base;
-        outside.max(footprint::SMOOTH * self.base)
+        self.base.smooth_within(self.beyond(position).abs())
     }
 }
 

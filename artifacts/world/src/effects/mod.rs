@@ -53,6 +53,7 @@ mod wording;
 pub use action::{Acts, Effect, Slide, deliver, observe, unobserve};
 pub use added::AddedEffect;
 pub use friction_drift::Drift;
+pub use friction_patch::patch_edge;
 pub use library::{EFFECTS, build, check, effect, extend_library, library, values};
 pub use parameters::{EffectParameter, Parameters, Values};
 pub use sessions::{Population, UNKNOWN, centred};

@@ -46,6 +46,9 @@ pub struct EffectParameter {
     pub neutral: f64,
     /// Size that real tables show: the scale of a prior and of finite differences.
     pub scale: f64,
+    /// Whether it is a detail of the form: no evidence for a name, and freed only once names are known, so that the intervals of the others hold it.
+    /// Its scale is then the standard deviation of its prior about neutral.
+    pub is_detail: bool,
 }
 
 impl EffectParameter {
@@ -63,12 +66,21 @@ impl EffectParameter {
             high,
             neutral: 0.0,
             scale,
+            is_detail: false,
         }
     }
 
     /// This parameter with another neutral value: where the effect does nothing, or a fit starts.
     pub const fn neutral_at(self, neutral: f64) -> Self {
         Self { neutral, ..self }
+    }
+
+    /// This parameter as a detail of the form.
+    pub const fn as_detail(self) -> Self {
+        Self {
+            is_detail: true,
+            ..self
+        }
     }
 }
 
@@ -101,6 +113,11 @@ impl Values {
         self.all[name]
     }
 
+    /// Value of a parameter, where the world gives it.
+    pub fn given(&self, name: &str) -> Option<f64> {
+        self.given.contains(name).then(|| self.get(name))
+    }
+
     /// Names and values, in the order of their names.
     pub fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
         self.all.iter().map(|(name, value)| (name.as_str(), *value))
@@ -115,11 +132,10 @@ impl Values {
     /// The point that the camera looks down on, in m: the effect's own, so that another rig file changes nothing; the rig's
     /// where the effect does not say.
     pub fn camera_centre(&self, rig: &Rig) -> Point {
-        let own = |name: &str, rig: f64| match self.given.contains(name) {
-            true => self.get(name),
-            false => rig,
-        };
         let centre = rig.camera.centre;
-        Point::new(own("center_x", centre.x), own("center_y", centre.y))
+        Point::new(
+            self.given("center_x").unwrap_or(centre.x),
+            self.given("center_y").unwrap_or(centre.y),
+        )
     }
 }

@@ -24,14 +24,7 @@ const SLOPE: f64 = 10.0;
 const BEND: f64 = 200.0;
 
 const fn value(name: &'static str, unit: &'static str, most: f64, scale: f64) -> EffectParameter {
-    EffectParameter {
-        name,
-        unit,
-        low: -most,
-        high: most,
-        neutral: 0.0,
-        scale,
-    }
+    EffectParameter::new(name, unit, [-most, most], scale)
 }
 
 /// Period of the wave over the bearing, in rad from crest to crest.

@@ -14,15 +14,8 @@ use crate::GRAVITY;
 const NODES: Nodes = Nodes {
     // On 0.8 m by 1 m nodes are 9 cm apart: waves of 25 cm are followed to a fifth of their slope.
     count: 120,
-    height: EffectParameter {
-        name: "height",
-        unit: "m",
-        low: -0.2,
-        high: 0.2,
-        neutral: 0.0,
-        // Boards warp and sag by some millimetres over a length like this: slopes of 1 to 3 %.
-        scale: 0.003,
-    },
+    // Boards warp and sag by some millimetres over a length like this: slopes of 1 to 3 %.
+    height: EffectParameter::new("height", "m", [-0.2, 0.2], 0.003),
 };
 
 /// Table map; parameters are those of a field, its heights in m.

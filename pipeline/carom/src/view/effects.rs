@@ -4,7 +4,7 @@ use values::{Conditions, Point, Rig};
 use world::effects::{self, AddedEffect, Family, Slide};
 use world::{GRAVITY, World, WorldError};
 
-use super::draw::{Drawing, Ink, circle};
+use super::draw::{Drawing, Ink};
 
 /// Width of the cells in which friction is shown, in m.
 const CELL: f64 = 0.02;
@@ -94,12 +94,8 @@ fn edge(drawing: &mut Drawing, rig: &Rig, added: &AddedEffect) -> Result<(), Wor
     let ink = |change: f64| if change > 0.0 { MORE } else { LESS };
     match &*added.name {
         "friction_patch" => {
-            let centre = Point::new(values.get("center_x"), values.get("center_y"));
-            drawing.line(
-                &circle(centre, values.get("radius")),
-                2.0 * HEIGHT,
-                ink(values.get("change")),
-            );
+            let edge = effects::patch_edge(&values);
+            drawing.line(&edge, 2.0 * HEIGHT, ink(values.get("change")));
         }
         "friction_step" => {
             let direction = values.get("direction");

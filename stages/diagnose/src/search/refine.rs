@@ -104,6 +104,21 @@ pub(crate) fn least_that_moves_little(
     Ok(least.map(|(place, _)| place))
 }
 
+/// The selection with the details of its effects' forms free, without the effects that stood for them. No name rests on a detail; every interval does.
+pub(crate) fn with_details<'a>(
+    selection: Selection<'a>,
+    chance: &Chance,
+) -> Result<Selection<'a>, WorldError> {
+    let Some(model) = selection.fitted.model.with_details() else {
+        return Ok(selection);
+    };
+    let from = &selection.fitted;
+    match selection.prepared.fit_from(from, &model, Goal::Settled)? {
+        Some(fitted) => standing(selection.holding(fitted), chance),
+        None => Ok(selection),
+    }
+}
+
 /// The selection without the effects whose evidence beside the others is negative; of those kept, only the evidence is computed.
 pub(super) fn standing<'a>(
     mut selection: Selection<'a>,

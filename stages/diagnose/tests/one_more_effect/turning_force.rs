@@ -9,14 +9,7 @@ use world::effects::{
 /// Turning force; parameter `rate` = ω.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "turning_force",
-    parameters: Parameters::Listed(&[EffectParameter {
-        name: "rate",
-        unit: "1/s",
-        low: -2.0,
-        high: 2.0,
-        neutral: 0.0,
-        scale: 0.1,
-    }]),
+    parameters: Parameters::Listed(&[EffectParameter::new("rate", "1/s", [-2.0, 2.0], 0.1)]),
     family: Family::FrictionByHeading,
     origin: Origin::Table,
     equivalent: &[],
