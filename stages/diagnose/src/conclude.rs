@@ -3,7 +3,7 @@
 use values::{Point, Sentence, Strike};
 use world::{
     World,
-    effects::{AddedEffect, Origin, effect},
+    effects::{AddedEffect, Family, Origin, effect},
 };
 
 use crate::{
@@ -60,6 +60,8 @@ pub(crate) struct Case<'c, 'a> {
     pub(crate) remaining: Answer,
     /// Whether launches are those that the arm's logged state delivered.
     pub(crate) is_delivered: bool,
+    /// Whether these strikes are rather those of a box that lies turned to face each of them.
+    pub(crate) faces: bool,
     /// Whether nearly every object is pushed a second time, so that all were kept.
     pub(crate) are_pushed_again: bool,
     pub(crate) maps: Vec<SmoothMap>,
@@ -88,13 +90,18 @@ impl Case<'_, '_> {
             .iter()
             .filter(|strike| self.are_pushed_again || !strike.is_pushed_again())
             .collect();
-        let judged = self.judge(&strikes)?;
+        let mut judged = self.judge(&strikes)?;
         let named = match &judged.world {
             Some(world) => self.named(world, &strikes)?,
             None => Vec::new(),
         };
         let verdict = judged.verdict;
         let mut notes = self.notes.clone();
+        match verdict {
+            Verdict::Unexplained if self.faces => judged.cause = Some(Cause::Facing),
+            _ if self.faces => notes.push(Note::Facing),
+            _ => {}
+        }
         notes.extend(judged.note.clone());
         let noise = self.noise();
         notes.extend(notes::noise(&noise, &self.selection.fitted, verdict));
@@ -323,6 +330,18 @@ impl Case<'_, '_> {
             let note = notes::not_named(&self.names(), WhyNot::CameraDrifts);
             let cause = Some(Cause::CameraDrifts);
             return Ok(unnamed(unexplained, cause, Some(note)));
+        }
+        let is_of_angle = |name: &&str| {
+            effect(name).is_ok_and(|spec| {
+                matches!(
+                    spec.family,
+                    Family::LaunchAngle | Family::LaunchAngleByCommand | Family::LaunchByPlace
+                )
+            })
+        };
+        if self.faces && self.names().iter().any(is_of_angle) {
+            let note = notes::not_named(&self.names(), WhyNot::Facing);
+            return Ok(unnamed(unexplained, None, Some(note)));
         }
         let alias = Alias::of(rig, strikes);
         let parts = fitted.model.fitted_parts(&fitted.model.values);

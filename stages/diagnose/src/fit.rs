@@ -210,9 +210,10 @@ impl Fitted {
             .map_or(NINETY_FIVE, |t| t.inverse_cdf(0.975))
     }
 
-    /// Place of an effect that may as well be absent: the 95 % interval of each of its strengths holds the neutral value.
+    /// Place of an effect that may as well be absent: the 95 % interval of each of its strengths holds the neutral value, or is told as its whole range.
     pub(crate) fn unsure(&self) -> Option<usize> {
-        let covariance = self.covariance()?;
+        let (covariance, robust) = (self.covariance()?, self.robust_covariance()?);
+        let ninety_five = self.ninety_five();
         (0..self.model.parts.len()).find(|part| {
             let name = self.model.parts[*part].name;
             let free = self.model.free.iter().enumerate();
@@ -222,11 +223,14 @@ impl Fitted {
                 // A cap is a strength, too: none is the end of its range.
                 let is_strength =
                     free.is_strength || spec.neutral == spec.low || spec.neutral == spec.high;
-                is_strength.then_some((i, spec.neutral))
+                is_strength.then_some((i, free, spec.neutral))
             })
-            .all(|(i, neutral)| {
-                let error = covariance[(i, i)].max(0.0).sqrt();
-                (self.model.values[i] - neutral).abs() < NINETY_FIVE * error
+            .all(|(i, free, neutral)| {
+                let error = |covariance: &DMatrix<f64>| covariance[(i, i)].max(0.0).sqrt();
+                let value = self.model.values[i];
+                let told = ninety_five * error(&robust);
+                (value - neutral).abs() < NINETY_FIVE * error(&covariance)
+                    || value - told <= free.low && value + told >= free.high
             })
         })
     }

@@ -18,6 +18,7 @@ mod constancy;
 mod diagnosis;
 mod error;
 mod evidence;
+mod facing;
 mod fit;
 mod fitted_world;
 mod gap;

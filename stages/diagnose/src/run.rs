@@ -14,6 +14,7 @@ use crate::{
     constancy,
     diagnosis::{Gap, StopResidual, Verdict},
     evidence::{self, Alarm, Statistic, replicates},
+    facing::faces_each_strike,
     fit::Goal,
     gap,
     heldout::{self, Gains},
@@ -122,6 +123,7 @@ impl Diagnose {
 
         progress.set_message("the world without effects, and the noise about it");
         let (prepared, null) = fit_null(prepared, &input.world, self.thresholds.small_wander)?;
+        let faces = faces_each_strike(rig, &input.world, &usable.strikes, &self.thresholds, &null)?;
         let came_before = before(input, &prepared);
         let asked = question::ask(&prepared, &null, &came_before, self.seed);
 
@@ -174,6 +176,8 @@ impl Diagnose {
             let of_these = limits(alarm.p_value().is_real(), &alarm, another);
             selection = search(&prepared, &null, &screened, &candidates, &chance, &of_these)?;
         }
+        // A patch that is oblong or fades out is no field.
+        let selection = with_details(selection, &chance)?;
         let selection = with_last_resorts(selection, &last_resorts, &chance)?;
         let of_any_shape = named(Naming::InPlace);
         let replacements = [&of_any_shape[..], &named(Naming::Never)].concat();
@@ -239,8 +243,10 @@ impl Diagnose {
             true => Answer::default(),
             false => ask(&selection),
         };
-        notes.extend(notes::wrong_sizes(rig, &selection.fitted, is_delivered));
-        notes.extend(notes::arm_or_sizes(rig, &selection.fitted));
+        if !faces {
+            notes.extend(notes::wrong_sizes(rig, &selection.fitted, is_delivered));
+            notes.extend(notes::arm_or_sizes(rig, &selection.fitted));
+        }
         Case {
             stage: self,
             input,
@@ -255,6 +261,7 @@ impl Diagnose {
             asked,
             remaining,
             is_delivered,
+            faces,
             are_pushed_again: usable.are_pushed_again,
             maps,
             notes,

@@ -63,6 +63,9 @@ pub struct Stated {
     pub equivalent: Vec<String>,
 }
 
+const FACING: &str = "the box leaves along the command, as one does that is turned to face each strike, and not as one that lies square to the table, \
+    which a box whose yaw is not logged is taken to do: log its yaw (`topics.pose`), or lay it square before each strike";
+
 /// What stands behind a gap that no candidate explains, and what to do about it.
 #[derive(Clone, Debug, Display, Serialize, Deserialize)]
 pub enum Cause {
@@ -99,6 +102,8 @@ pub enum Cause {
          effects; strike from other places"
     )]
     OnePlace,
+    #[display("{FACING}")]
+    Facing,
     /// An effect that acts in a part of the strikes alone.
     #[display("what looks like {name} acts {}: look what was changed between them (the camera, the table, the object, the tip), and diagnose each \
          part alone",
@@ -240,6 +245,8 @@ pub enum Note {
         missed: f64,
         repeats: f64,
     },
+    #[display("{FACING}")]
+    Facing,
     /// A share that angles of launch are off by, half of its 95 % interval, and a factor on the ratio of radius to half side that does as much.
     #[display("launch angles are off by {:+.1} %{} (± {:.1} %), as where the tip's radius over half a side of the box is {ratio:.2} times that of \
          the rig file{}: measure both sizes{}",
@@ -382,6 +389,8 @@ pub enum WhyNot {
     CameraDrifts,
     #[display("a heading that drifts would do the same")]
     HeadingDrifts,
+    #[display("a box that is turned to face each strike would launch alike")]
+    Facing,
     #[display("all strikes start at one place")]
     OnePlace,
     #[display("it does not act alike in all strikes")]

@@ -384,12 +384,12 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     ))
                 ),
                 if delay.reach.is_some() {
-                    "the camera's stamps and the encoders' differ by this"
+                    "the camera's stamps and the encoders' differ by this, whichever of them is off"
                 } else {
-                    "the camera's stamps and the encoders' differ by this, or the sizes of both together are off"
+                    "the camera's stamps and the encoders' differ by this, whichever of them is off, or the sizes of both together are off"
                 },
                 of_one(log.as_deref(), format!(
-                    "state `[frames] camera_delay = {:.4}` (± {:.4}{}){}",
+                    "state `[frames] camera_delay = {:.4}`, which brings both together (± {:.4}{}){}",
                     seconds + rig.frames.camera_delay,
                     2.0 * error,
                     match seconds > 0.0 {
@@ -540,7 +540,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 ),
                 false => (
                     format!("{:.1} mm (± {:.1})", longer.abs() * 1e3, 2.0 * error * 1e3),
-                    format!("measure both, and state {}", either.join(" or ")),
+                    format!("measure both, and the tool point; where a size is off, state {}", either.join(" or ")),
                 ),
             };
             said(
@@ -548,7 +548,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                     "by its measured place the tip touches objects {by} {} than both radii allow, over {strikes} strikes of several speeds",
                     if *longer > 0.0 { "earlier" } else { "later" }
                 ),
-                "the object's size, or the tip's, is not what the rig file states",
+                "the object's size, or the tip's, or the tool point that the state gives along the way, is not what the rig file states",
                 mend,
             )
         }
