@@ -218,10 +218,10 @@ impl Model {
         self.of(parts)
     }
 
-    /// This model with the details of its effects' forms free; `None` where they have none.
-    pub(crate) fn with_details(&self) -> Option<Self> {
+    /// This model with the details free of the effects at places that `has_form` holds for; `None` where these have none.
+    pub(crate) fn with_details(&self, has_form: impl Fn(usize) -> bool) -> Option<Self> {
         let mut parts = self.fitted_parts(&self.values);
-        for part in &mut parts {
+        for (_, part) in parts.iter_mut().enumerate().filter(|(i, _)| has_form(*i)) {
             let details = details(part.name).map(|detail| detail.name.to_string());
             part.free.extend(details);
         }
@@ -267,12 +267,13 @@ impl Model {
     }
 
     /// The parameters of effects' forms (a place, a radius, a speed): the value's place, the effect's, and the name. One whose range
-    /// ends at its neutral value is left out: no limit is met there, the form becomes a simpler one.
+    /// ends at its neutral value is left out: no limit is met there, the form becomes a simpler one. So is a detail, which its prior holds.
     pub(crate) fn forms(&self) -> impl Iterator<Item = (usize, usize, &str)> {
         self.free.iter().enumerate().filter_map(|(i, free)| {
             let (part, name) = free.of.as_ref().filter(|_| !free.is_strength)?;
             let spec = specification(self.parts[*part].name, name);
-            let is_limited = spec.neutral != spec.low && spec.neutral != spec.high;
+            let is_limited =
+                !spec.is_detail && spec.neutral != spec.low && spec.neutral != spec.high;
             is_limited.then_some((i, *part, name.as_str()))
         })
     }

@@ -29,7 +29,7 @@ const LARGE_RADII: [f64; 2] = [0.25, 0.45];
 const OBLONG: f64 = 0.1;
 
 /// Friction patch; parameters `center_x`, `center_y`, `radius` of the disc, and the relative `change` of friction on it. Details: [`SOFTNESS`] and [`LEAD`]
-/// of its edge, and the logarithms by which it is longer along x (`elongation`) and along the diagonal between x and y (`skew`) than a disc of its area.
+/// of its edge (the radius is that of a sharp disc which takes as much from all slides together), and the logarithms by which it is longer along x (`elongation`) and along the diagonal between x and y (`skew`) than a disc of its area.
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_patch",
     parameters: Parameters::Listed(&[

@@ -2,7 +2,7 @@
 //!
 //! Friction changes by the share of the object's base, taken as a circle, that lies beyond the line, so that it is smooth.
 
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use values::Point;
 
@@ -19,11 +19,14 @@ use super::{
 const DIRECTIONS: [f64; 8] = [-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5];
 const LINES: u32 = 14;
 
+/// Where a curved line has the direction and offset that are stated, in m along it: that of this point on the table.
+const ABOUT: Point = Point::new(0.5, 0.0);
+
 /// A change of friction that bends a track beyond what the strike's own friction does by less than cameras see.
 pub(super) const SMALL: f64 = 0.01;
 
 /// Friction step; parameters `direction`: of the line's normal, from +x; `offset`: of the line from the origin along that
-/// normal; `change`: the relative change of friction beyond it; details of its edge [`SOFTNESS`] and [`LEAD`].
+/// normal; `change`: the relative change of friction beyond it; details of its edge [`SOFTNESS`] and [`LEAD`], and its `curvature` (1/m, positive where it bends towards what lies beyond), about [`ABOUT`].
 pub const SPEC: EffectSpec = EffectSpec {
     name: "friction_step",
     parameters: Parameters::Listed(&[
@@ -32,6 +35,7 @@ pub const SPEC: EffectSpec = EffectSpec {
         EffectParameter::new("change", "", [-0.9, 3.0], 0.2),
         SOFTNESS,
         LEAD,
+        EffectParameter::new("curvature", "1/m", [-5.0, 5.0], 1.0).as_detail(),
     ]),
     family: Family::FrictionByPlace,
     origin: Origin::Table,
@@ -45,6 +49,7 @@ pub const SPEC: EffectSpec = EffectSpec {
             normal: Point::polar(1.0, values.get("direction")),
             offset: values.get("offset"),
             change: values.get("change"),
+            curvature: values.get("curvature"),
             base: Footprint::of(values, rig),
         })
     },
@@ -94,13 +99,18 @@ struct FrictionStep {
     normal: Point,
     offset: f64,
     change: f64,
+    /// In 1/m.
+    curvature: f64,
     base: Footprint,
 }
 
 impl FrictionStep {
     /// Distance in m beyond the line.
     fn beyond(&self, position: Point) -> f64 {
-        self.normal.dot(position) - self.offset
+        let along = self.normal.rotated(FRAC_PI_2).dot(position - ABOUT);
+        let bends = 0.5 * self.curvature * along * along;
+        let slope = self.curvature * along;
+        (self.normal.dot(position) - self.offset - bends) / slope.hypot(1.0)
     }
 }
 

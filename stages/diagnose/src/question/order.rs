@@ -33,6 +33,8 @@ const IN_TURN: usize = 6;
 const LASTS: [f64; 3] = [0.06, 0.125, 0.25];
 /// Share of the strikes for which both levels of a ramp last at the least: what rises from the first strike on is wear.
 const AT_A_LEVEL: f64 = 0.25;
+/// Share of the strikes over which wear that sets in later is seen at the least.
+const LEAST_WORN: f64 = 0.1;
 /// Number of strikes at which a beginning is tried.
 const BEGINNINGS: usize = 40;
 /// Places at which a table may have been cleaned, where forms are compared to those of wanders. Every strike would cost that test power.
@@ -65,6 +67,8 @@ pub enum Form {
     WearsOff,
     /// A ramp from one level to another, over some strikes.
     Ramp,
+    /// Wear that begins at a strike, as once a coating is rubbed through.
+    SetsIn,
     /// Wear from a level that is made as new at a strike, as a table that is cleaned.
     MadeNew,
 }
@@ -82,6 +86,7 @@ impl Form {
             Self::DriftAndSessions => "a drift, or wear, within sessions that differ",
             Self::WearsOff => "a step that wears off",
             Self::Ramp => "from one level to another",
+            Self::SetsIn => "wear that sets in later",
             Self::MadeNew => "wear, made as new once",
         }
     }
@@ -92,7 +97,7 @@ impl Form {
         match self {
             Self::Cycle | Self::WearInSessions | Self::WearsOff | Self::MadeNew => true,
             Self::Sessions => of == Column::Launch,
-            Self::Drift | Self::Wear | Self::Ramp => of == Column::Heading,
+            Self::Drift | Self::Wear | Self::Ramp | Self::SetsIn => of == Column::Heading,
             _ => false,
         }
     }
@@ -339,6 +344,10 @@ impl InOrder {
         let every = (self.values.len() / BEGINNINGS).max(1);
         for k in (SIDE..self.values.len() - SIDE).step_by(every) {
             let begins = place[k];
+            if (AT_A_LEVEL..1.0 - LEAST_WORN).contains(&begins) {
+                let late = place.map(|t| (t - begins).max(0.0));
+                forms.push((Form::SetsIn, self.beside(vec![late]), 2.0));
+            }
             for length in LASTS {
                 let since = |t: f64| (t - begins).max(0.0) / length;
                 let worn = |t: f64| f64::from(t >= begins) * (-since(t)).exp();

@@ -105,14 +105,20 @@ pub(crate) fn least_that_moves_little(
 }
 
 /// The selection with the details of its effects' forms free, without the effects that stood for them. No name rests on a detail; every interval does.
+/// Details of a form at the end of its range would make one that is not measured look as if it were.
 pub(crate) fn with_details<'a>(
     selection: Selection<'a>,
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
-    let Some(model) = selection.fitted.model.with_details() else {
+    let from = &selection.fitted;
+    let at_end = from.forms_at_end();
+    let is_measured = |place| {
+        let mut forms = from.model.forms();
+        !forms.any(|(i, part, _)| part == place && at_end.contains(&i))
+    };
+    let Some(model) = from.model.with_details(is_measured) else {
         return Ok(selection);
     };
-    let from = &selection.fitted;
     match selection.prepared.fit_from(from, &model, Goal::Settled)? {
         Some(fitted) => standing(selection.holding(fitted), chance),
         None => Ok(selection),
