@@ -195,6 +195,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::{covered, patch_edge};
+    use crate::GRAVITY;
     use crate::effects::{
         AddedEffect,
         tests::{Bench, DRY},
@@ -222,6 +223,28 @@ mod tests {
             x += step;
         }
         slid.assert_distance(x - slid.from.x);
+    }
+
+    #[test]
+    fn a_patch_that_is_felt_ahead_brakes_as_one_that_lies_nearer() {
+        let at = |center_x: f64, lead: f64| {
+            let patch = [
+                ("center_x", center_x),
+                ("center_y", 0.0),
+                ("radius", 0.1),
+                ("change", 0.8),
+                ("lead", lead),
+            ];
+            Bench::with("friction_patch", &patch).slide(0.95, 0.0).stop
+        };
+        // The demo's cylinder is 4 cm high; μ·h of it.
+        let ahead = DRY / GRAVITY * 0.02;
+        let (felt_ahead, nearer) = (at(0.45, 1.0), at(0.45 - ahead, 0.0));
+        assert!(
+            felt_ahead.distance(nearer) < 1e-5,
+            "{felt_ahead:?} {nearer:?}"
+        );
+        assert!(felt_ahead.distance(at(0.45, 0.0)) > 1e-4);
     }
 
     /// Share of the base within the disc, by strips.

@@ -174,4 +174,27 @@ mod tests {
             velocity * (-DRY * more / velocity.norm())
         });
     }
+
+    #[test]
+    fn a_curved_edge_is_that_of_a_large_disc() {
+        let disc = [
+            ("center_x", 0.9),
+            ("center_y", 0.0),
+            ("radius", 0.5),
+            ("change", 0.6),
+        ];
+        let step = |curvature| {
+            let step = [
+                ("direction", 0.0),
+                ("offset", 0.4),
+                ("change", 0.6),
+                ("curvature", curvature),
+            ];
+            Bench::with("friction_step", &step).slide(0.95, 0.4).stop
+        };
+        let on_disc = Bench::with("friction_patch", &disc).slide(0.95, 0.4).stop;
+        let (curved, straight) = (step(2.0), step(0.0));
+        assert!(curved.distance(on_disc) < 5e-4, "{curved:?} {on_disc:?}");
+        assert!(straight.distance(on_disc) > 2e-3, "{straight:?}");
+    }
 }

@@ -31,7 +31,7 @@ pub(super) struct FreeSlide {
     /// Velocity there, in m/s.
     velocity: Point,
     /// Where it ends, in m.
-    stop: Point,
+    pub(super) stop: Point,
 }
 
 /// Velocity in m/s as the camera sees it, `t` seconds after touch.
