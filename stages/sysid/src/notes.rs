@@ -41,7 +41,7 @@ pub enum Note {
     #[display("the strikes want another size than the rig file's: object.half_size {}, or striker.radius {} (95 %, where the other is right); \
          measure both, correct the rig file and run again{}",
         sides(*half_sides, -ratio, *half), size(*radius, *ratio, *half),
-        arm.map_or(String::new(), |by| format!("; an arm that strikes at {by:.2} times the commanded angle looks alike")))]
+        arm.map_or(String::new(), |by| format!("; an arm that strikes at {by:.2} times the commanded angle looks alike, and so does a box that is turned to each strike and whose yaw is not logged")))]
     WrongSizes {
         half_sides: [f64; 2],
         radius: f64,
