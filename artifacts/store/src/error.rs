@@ -9,7 +9,7 @@ pub enum ArtifactError {
     #[error(transparent)]
     Io(#[from] durable::Error),
     #[error(transparent)]
-    Object(#[from] objects::ObjectError),
+    Object(#[from] crate::objects::ObjectError),
     #[error("change the store {store}: another run does; try again when it has ended")]
     Busy { store: String },
     #[error(

@@ -14,6 +14,7 @@ mod load;
 mod manifest;
 mod model;
 pub mod network;
+pub mod objects;
 mod remote;
 mod residual_model;
 mod signature;

@@ -7,8 +7,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::objects::{ObjectError, Place};
 use durable::Error;
-use objects::{ObjectError, Place};
 
 use crate::files::{MANIFEST, encode};
 use crate::store::{LATEST, VERSIONS};

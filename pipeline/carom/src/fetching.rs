@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use logs::part::{Source, Wanted, copy, is_copied};
-use objects::{Object, ObjectError, Place};
 use rayon::prelude::*;
+use store::objects::{Object, ObjectError, Place};
 use values::Rig;
 
 use crate::Error;
@@ -144,7 +144,7 @@ fn writer() -> String {
 
 /// For commands that have no run: kept between them.
 fn own_folder() -> Result<PathBuf, Error> {
-    let cache = objects::own_folder("XDG_CACHE_HOME", ".cache");
+    let cache = store::objects::own_folder("XDG_CACHE_HOME", ".cache");
     let cache = cache.ok_or_else(|| {
         Error::input(
             "find a folder for copies of logs: neither XDG_CACHE_HOME nor HOME is set; set one",

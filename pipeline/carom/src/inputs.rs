@@ -51,7 +51,7 @@ impl Inputs {
         without_effects: bool,
         out: &Path,
     ) -> Result<Self, Error> {
-        let whole = |path: &PathBuf| match objects::is_url(path) {
+        let whole = |path: &PathBuf| match store::objects::is_url(path) {
             true => Ok(path.clone()),
             false => fs::canonicalize(path).map_err(|error| Error::unreadable(path, &error)),
         };
@@ -143,8 +143,8 @@ pub fn load_rig(path: &Path) -> Result<Rig, Error> {
 pub fn find_logs(paths: &[PathBuf], fetch: &Fetch<'_>) -> Result<Vec<PathBuf>, Error> {
     let mut logs = Vec::new();
     for path in paths {
-        let local = objects::path_of(path);
-        if let (None, true, Some(url)) = (&local, objects::is_url(path), path.to_str()) {
+        let local = store::objects::path_of(path);
+        if let (None, true, Some(url)) = (&local, store::objects::is_url(path), path.to_str()) {
             let mut folders: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
             for copy in fetch.logs(url)? {
                 let folder = copy.parent().unwrap_or(&copy).into();

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Barrier};
 use std::thread;
 
-use objects::Place;
+use store::objects::Place;
 use store::*;
 
 use crate::fixture::{contents, names};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Subcommand;
-use objects::Place;
 use serde_json::{Value, json};
+use store::objects::Place;
 use store::{Artifact, ArtifactError, Key, Manifest, Signer, Store};
 
 use crate::Error;

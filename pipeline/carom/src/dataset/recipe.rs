@@ -95,7 +95,7 @@ impl Recipe {
     /// Every log that it names, and those in `elsewhere` (files, folders).
     pub fn find_logs(&self, elsewhere: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
         let paths = self.named(elsewhere)?;
-        let is_remote = paths.iter().any(|path| objects::is_url(path));
+        let is_remote = paths.iter().any(|path| store::objects::is_url(path));
         let rig = is_remote.then(|| self.rig()).transpose()?;
         let fetch = Fetch {
             rig: rig.as_ref(),
@@ -108,13 +108,13 @@ impl Recipe {
     pub fn named(&self, elsewhere: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
         let mut paths = elsewhere.to_vec();
         for name in &self.logs {
-            let path = match objects::is_url(Path::new(name)) {
+            let path = match store::objects::is_url(Path::new(name)) {
                 true => PathBuf::from(name),
                 false => self.folder.join(name),
             };
             if !name.contains(['*', '?', '[']) {
                 // On another machine the logs may lie elsewhere alone.
-                if path.exists() || elsewhere.is_empty() || objects::is_url(&path) {
+                if path.exists() || elsewhere.is_empty() || store::objects::is_url(&path) {
                     paths.push(path);
                 }
                 continue;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{env, io};
 
-use objects::{ObjectError, Place};
+use store::objects::{ObjectError, Place};
 use store::{Artifact, ArtifactError, Store};
 use strike::{Args, Config, Reason, Trust, TrustError, allows, identity, tell};
 use values::Rig;
@@ -102,10 +102,10 @@ fn load_rig(path: &Path) -> Result<Rig, Failure> {
 /// fetched.
 pub fn local(args: &Args) -> Result<PathBuf, Failure> {
     let given = &args.artifacts;
-    if let Some(path) = objects::path_of(given) {
+    if let Some(path) = store::objects::path_of(given) {
         return Ok(path);
     }
-    let Some(url) = given.to_str().filter(|_| objects::is_url(given)) else {
+    let Some(url) = given.to_str().filter(|_| store::objects::is_url(given)) else {
         return Ok(given.clone());
     };
     let place = Place::open(url).map_err(Failure::input)?;
@@ -126,7 +126,7 @@ pub fn local(args: &Args) -> Result<PathBuf, Failure> {
 
 /// The folder for what this user's programs keep: a copy is needed when nothing else is there.
 fn own_folder() -> Result<PathBuf, Failure> {
-    let data = objects::own_folder("XDG_DATA_HOME", ".local/share");
+    let data = store::objects::own_folder("XDG_DATA_HOME", ".local/share");
     let data = data.ok_or_else(|| Failure::input("find a folder for the copy of the artifact: neither XDG_DATA_HOME nor HOME is set; set one"))?;
     Ok(data.join("carom/artifacts"))
 }

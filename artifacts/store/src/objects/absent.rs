@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use crate::{Object, ObjectError};
+use super::{Object, ObjectError};
 
 /// A place that cannot be: this program has no client of object stores.
 #[derive(Clone, Debug)]

@@ -20,8 +20,8 @@ use object_store::{
 };
 use url::Url;
 
-use crate::http::Connector;
-use crate::{Object, ObjectError};
+use super::http::Connector;
+use super::{Object, ObjectError};
 
 /// A request is tried again so often, and no longer than that; so is what must not be done twice and was not done.
 const TRIES: usize = 6;

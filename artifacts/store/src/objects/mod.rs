@@ -1,7 +1,7 @@
 //! Objects by URL: `s3://`, `gs://`, `az://` and `file://`, read by ranges, listed, and written on conditions.
 //!
 //! Credentials come from the environment as each store's own tools name them (`AWS_…`, `GOOGLE_…`, `AZURE_…`), and are in no text that this
-//! crate gives. Requests are made one after another on the thread that asks, and repeated where a store is busy or a connection breaks.
+//! module gives. Requests are made one after another on the thread that asks, and repeated where a store is busy or a connection breaks.
 
 #[cfg(not(feature = "client"))]
 mod absent;

@@ -1,6 +1,6 @@
 //! Places by URL, without a server: in memory, and folders.
 
-use objects::{ObjectError, Place};
+use store::objects::{ObjectError, Place};
 
 fn both() -> (tempfile::TempDir, [Place; 2]) {
     let dir = tempfile::tempdir().expect("folder");
