@@ -3,7 +3,7 @@
 use values::{Point, Sentence, Strike};
 use world::{
     World,
-    effects::{AddedEffect, Family, Origin, effect},
+    effects::{AddedEffect, Origin, effect},
 };
 
 use crate::{
@@ -17,6 +17,7 @@ use crate::{
         Ranked, SmoothMap, Verdict,
     },
     evidence::PValue,
+    facing::turns_launches,
     fit::Fitted,
     fitted_world::{fitted_world, scatter},
     gap,
@@ -331,15 +332,7 @@ impl Case<'_, '_> {
             let cause = Some(Cause::CameraDrifts);
             return Ok(unnamed(unexplained, cause, Some(note)));
         }
-        let is_of_angle = |name: &&str| {
-            effect(name).is_ok_and(|spec| {
-                matches!(
-                    spec.family,
-                    Family::LaunchAngle | Family::LaunchAngleByCommand | Family::LaunchByPlace
-                )
-            })
-        };
-        if self.faces && self.names().iter().any(is_of_angle) {
+        if self.faces && self.names().into_iter().any(turns_launches) {
             let note = notes::not_named(&self.names(), WhyNot::Facing);
             return Ok(unnamed(unexplained, None, Some(note)));
         }

@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 
 use stage::{Progress, Stage};
-use values::{Point, Rig, Shape, Strike};
-use world::{World, effects::Naming, launch::launches};
+use values::{Point, Shape, Strike};
+use world::{World, effects::Naming};
 
 use crate::{
-    Diagnose, DiagnoseError, Diagnosed, Input, Thresholds,
+    Diagnose, DiagnoseError, Diagnosed, Input,
     arm::Arm,
     candidates::{Candidate, candidates, is_never_named, is_of_whole_strikes},
     conclude::Case,
     constancy,
     diagnosis::{Gap, StopResidual, Verdict},
     evidence::{self, Alarm, Statistic, replicates},
-    facing::faces_each_strike,
+    facing::{gain_of_facing, is_rather_facing},
     fit::Goal,
     gap,
     heldout::{self, Gains},
@@ -30,7 +30,6 @@ use crate::{
     },
     sessions::is_by_session,
     strikes::PreparedStrikes,
-    usable::FEWEST,
     words::{Cause, Note, Summary, WhyNot},
 };
 
@@ -119,11 +118,12 @@ impl Diagnose {
         let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
         let usable = self.usable(input)?;
-        let (prepared, pushed) = prepare(rig, &input.world, &usable.strikes, &self.thresholds)?;
+        let (prepared, pushed) =
+            PreparedStrikes::of(rig, &input.world, &usable.strikes, &self.thresholds)?;
 
         progress.set_message("the world without effects, and the noise about it");
         let (prepared, null) = fit_null(prepared, &input.world, self.thresholds.small_wander)?;
-        let faces = faces_each_strike(rig, &input.world, &usable.strikes, &self.thresholds, &null)?;
+        let facing = gain_of_facing(rig, &input.world, &usable.strikes, &self.thresholds, &null)?;
         let came_before = before(input, &prepared);
         let asked = question::ask(&prepared, &null, &came_before, self.seed);
 
@@ -217,6 +217,9 @@ impl Diagnose {
             unpaid,
             note,
         } = paying(selection)?;
+        let found = unpaid.as_ref().unwrap_or(&selection);
+        let excluded = self.thresholds.excluded;
+        let faces = facing.is_some_and(|gain| is_rather_facing(gain, &found.effects, excluded));
         // Effects that are no chance, and may be others: that they move stops is no scatter.
         let moves_unpaid = match &unpaid {
             Some(unpaid) => {
@@ -332,30 +335,6 @@ fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<Before> {
         }
     };
     prepared.strikes.iter().map(before).collect()
-}
-
-/// Strikes with their launches, and the number left out because their object does not leave the tip.
-pub(crate) fn prepare<'a>(
-    rig: &'a Rig,
-    world: &World,
-    usable: &'a [Strike],
-    thresholds: &'a Thresholds,
-) -> Result<(PreparedStrikes<'a>, usize), DiagnoseError> {
-    let (strikes, launches): (Vec<&Strike>, Vec<_>) = usable
-        .iter()
-        .zip(launches(rig, world, usable.iter().map(Strike::commanded))?)
-        .filter_map(|(strike, launch)| Some((strike, launch?)))
-        .unzip();
-    let pushed = usable.len() - strikes.len();
-    if strikes.len() < FEWEST {
-        return Err(DiagnoseError::NoFit {
-            why: format!("in {pushed} strikes the object does not leave the tip"),
-        });
-    }
-    Ok((
-        PreparedStrikes::new(rig, strikes, launches, thresholds),
-        pushed,
-    ))
 }
 
 /// Whether tracks of a box leave the world's, all effects found included. A box may tip and turn in ways that no centroid shows: what its track

@@ -6,15 +6,16 @@ use values::{Point, Rig, Strike};
 use world::{
     Base, Impact, Release, World, WorldError,
     effects::Effect,
-    launch::{Launch, launches_about},
+    launch::{Launch, launches, launches_about},
     planar::{self, Deviation, Frames, Planar, Response},
 };
 
 use crate::{
-    Thresholds,
+    DiagnoseError, Thresholds,
     mixed::{ANGLE, NUISANCES, SPEED},
     model::{CLOCK, FRICTION, Model, RESTITUTION},
     noise::{self, FrameNoise, Whitening},
+    usable::FEWEST,
     wander::{Path, paths},
 };
 
@@ -71,6 +72,27 @@ pub(crate) fn stack(points: &[Point]) -> DVector<f64> {
 }
 
 impl<'a> PreparedStrikes<'a> {
+    /// Strikes with their launches, and the number left out because their object does not leave the tip.
+    pub(crate) fn of(
+        rig: &'a Rig,
+        world: &World,
+        usable: &'a [Strike],
+        thresholds: &'a Thresholds,
+    ) -> Result<(Self, usize), DiagnoseError> {
+        let (strikes, launches): (Vec<&Strike>, Vec<_>) = usable
+            .iter()
+            .zip(launches(rig, world, usable.iter().map(Strike::commanded))?)
+            .filter_map(|(strike, launch)| Some((strike, launch?)))
+            .unzip();
+        let pushed = usable.len() - strikes.len();
+        if strikes.len() < FEWEST {
+            return Err(DiagnoseError::NoFit {
+                why: format!("in {pushed} strikes the object does not leave the tip"),
+            });
+        }
+        Ok((Self::new(rig, strikes, launches, thresholds), pushed))
+    }
+
     /// Strikes with their launches, under independent camera errors.
     pub(crate) fn new(
         rig: &'a Rig,
