@@ -42,11 +42,12 @@ pub(crate) fn gain_of_facing(
     }
 }
 
-/// Whether a box that faces each strike, which gains so much, is far likelier than one that lies square, and not excluded by effects that turn launches.
-pub(crate) fn is_rather_facing(gain: f64, effects: &[SelectedEffect], excluded: f64) -> bool {
+/// Whether a box that faces each strike, which gains so much, is far likelier than one that lies square, and than effects that turn launches: these have
+/// values to be fitted, so that where it faces they gain as much and less than that beyond chance.
+pub(crate) fn is_rather_facing(gain: f64, effects: &[SelectedEffect]) -> bool {
     let turning = effects.iter().filter(|held| turns_launches(held.name));
     let evidence: f64 = turning.map(|held| held.evidence).sum();
-    gain > BETTER && gain > evidence - excluded
+    gain > f64::max(BETTER, evidence)
 }
 
 /// Whether an effect turns launches by the command or the start.

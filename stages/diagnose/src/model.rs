@@ -328,6 +328,11 @@ pub(crate) fn added(part: &Part) -> AddedEffect {
     }
 }
 
+/// Whether an effect's form has details.
+pub(crate) fn has_details(effect: &str) -> bool {
+    details(effect).next().is_some()
+}
+
 /// The details of an effect's form.
 fn details(effect: &str) -> impl Iterator<Item = &'static EffectParameter> {
     let listed = match effects::effect(effect).map(|spec| spec.parameters) {

@@ -177,7 +177,7 @@ impl Diagnose {
             selection = search(&prepared, &null, &screened, &candidates, &chance, &of_these)?;
         }
         // A patch that is oblong or fades out is no field.
-        let selection = with_details(selection, &chance)?;
+        let selection = with_details(selection, &candidates, &chance)?;
         let selection = with_last_resorts(selection, &last_resorts, &chance)?;
         let of_any_shape = named(Naming::InPlace);
         let replacements = [&of_any_shape[..], &named(Naming::Never)].concat();
@@ -194,7 +194,7 @@ impl Diagnose {
             selection = with_replacements(selection, &of_any_shape, &mut chance, replicates, true)?;
         }
         let selection = with_special_cases(selection, &candidates, &chance)?;
-        let selection = with_details(selection, &chance)?;
+        let selection = with_details(selection, &candidates, &chance)?;
         let is_wander = |selection: &Selection<'_>| {
             let by_session = selection
                 .effects
@@ -218,8 +218,7 @@ impl Diagnose {
             note,
         } = paying(selection)?;
         let found = unpaid.as_ref().unwrap_or(&selection);
-        let excluded = self.thresholds.excluded;
-        let faces = facing.is_some_and(|gain| is_rather_facing(gain, &found.effects, excluded));
+        let faces = facing.is_some_and(|gain| is_rather_facing(gain, &found.effects));
         // Effects that are no chance, and may be others: that they move stops is no scatter.
         let moves_unpaid = match &unpaid {
             Some(unpaid) => {

@@ -11,10 +11,11 @@ use super::{
 use crate::candidates::{Candidate, is_never_named};
 use crate::fit::{Fitted, Goal};
 use crate::mixed::GREATEST;
-use crate::model::{Model, Part};
+use crate::model::{Model, Part, has_details};
 use crate::question::{self, Answer};
 use crate::screen::{Chance, Screened, screen};
 use crate::smooth::{Covariate, family};
+use crate::strikes::PreparedStrikes;
 use crate::{Thresholds, gap};
 
 /// The selection refitted without the effect at `place`; of the others, only the evidence is computed ([`with_rivals`] finds their rivals).
@@ -105,23 +106,98 @@ pub(crate) fn least_that_moves_little(
 }
 
 /// The selection with the details of its effects' forms free, without the effects that stood for them. No name rests on a detail; every interval does.
-/// Details of a form at the end of its range would make one that is not measured look as if it were.
+/// Where a rival of its kind, with details of its own, is likelier than an effect, it takes its place: a wide disc is nearer to a curved seam than a straight
+/// one is.
 pub(crate) fn with_details<'a>(
-    selection: Selection<'a>,
+    mut selection: Selection<'a>,
+    candidates: &[Candidate],
     chance: &Chance,
 ) -> Result<Selection<'a>, WorldError> {
-    let from = &selection.fitted;
+    if !selection
+        .fitted
+        .model
+        .parts
+        .iter()
+        .any(|part| has_details(part.name))
+    {
+        return Ok(selection);
+    }
+    if let Some(fitted) = detailed(&selection.prepared, &selection.fitted)? {
+        selection = selection.holding(fitted);
+    }
+    selection = standing(selection, chance)?;
+    for place in 0..selection.fitted.model.parts.len() {
+        if let Some(fitted) = detailed_rival(&selection, place, candidates, chance)? {
+            selection = standing(selection.holding(fitted), chance)?;
+            break;
+        }
+    }
+    Ok(selection)
+}
+
+/// The model with the best rival of its kind in the place of an effect, both with details, where that is better.
+fn detailed_rival(
+    selection: &Selection<'_>,
+    place: usize,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Option<Fitted>, WorldError> {
+    let prepared = &selection.prepared;
+    let SelectedEffect { name, evidence, .. } = selection.effects[place];
+    let is_rival = |candidate: &&Candidate| candidate.name != name && has_details(candidate.name);
+    let rivals: Vec<Candidate> = candidates.iter().filter(is_rival).cloned().collect();
+    let reduced = match has_details(name) {
+        true => reduced(selection, place)?,
+        false => None,
+    };
+    let Some(reduced) = reduced.filter(|_| !rivals.is_empty()) else {
+        return Ok(None);
+    };
+    let criteria = FitCriteria {
+        required: &[],
+        least_gain: Some(0.0),
+        least_evidence: f64::NEG_INFINITY,
+    };
+    let screened = screen(prepared, &reduced, &rivals)?;
+    let mut best: Option<(f64, Fitted)> = None;
+    for rival in fit_best(prepared, &reduced, &screened, chance, criteria)? {
+        let rival = with_own_details(prepared, rival)?;
+        let least = best
+            .as_ref()
+            .map_or(evidence + prepared.thresholds.better, |best| best.0);
+        if rival.evidence > least {
+            best = Some((rival.evidence, rival.fitted));
+        }
+    }
+    Ok(best.map(|(_, fitted)| fitted))
+}
+
+/// A rival with the details of its form free.
+fn with_own_details(
+    prepared: &PreparedStrikes<'_>,
+    rival: CandidateFit,
+) -> Result<CandidateFit, WorldError> {
+    Ok(match detailed(prepared, &rival.fitted)? {
+        Some(fitted) => CandidateFit {
+            evidence: rival.evidence + fitted.likelihood() - rival.fitted.likelihood(),
+            fitted,
+            ..rival
+        },
+        None => rival,
+    })
+}
+
+/// A fit with the details of its effects' forms free; `None` where there is none to be freed. Details of a form at the end of its range would make one that
+/// is not measured look as if it were.
+fn detailed(prepared: &PreparedStrikes<'_>, from: &Fitted) -> Result<Option<Fitted>, WorldError> {
     let at_end = from.forms_at_end();
     let is_measured = |place| {
         let mut forms = from.model.forms();
         !forms.any(|(i, part, _)| part == place && at_end.contains(&i))
     };
-    let Some(model) = from.model.with_details(is_measured) else {
-        return Ok(selection);
-    };
-    match selection.prepared.fit_from(from, &model, Goal::Settled)? {
-        Some(fitted) => standing(selection.holding(fitted), chance),
-        None => Ok(selection),
+    match from.model.with_details(is_measured) {
+        Some(model) => prepared.fit_from(from, &model, Goal::Settled),
+        None => Ok(None),
     }
 }
 
@@ -336,6 +412,13 @@ fn assessed(
         least_evidence: f64::NEG_INFINITY,
     };
     let mut rivals = fit_best(prepared, reduced, &screened, chance, criteria)?;
+    if has_details(name) {
+        let each = rivals.into_iter();
+        rivals = each
+            .map(|rival| with_own_details(prepared, rival))
+            .collect::<Result<_, WorldError>>()?;
+        rivals.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    }
     // They are to compare with, not to fit on from.
     for rival in &mut rivals {
         rival.fitted.drop_columns();
