@@ -57,6 +57,9 @@ impl Stage for Diagnose {
             Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
                 Some(Cause::WorldOfOtherStrikes)
             }
+            Verdict::Consistent if let Some(missed) = missed_in_part(gap, &found.residuals) => {
+                Some(missed)
+            }
             Verdict::Consistent if changes_greatly(gap, &found.residuals) => {
                 notes::variation(gap).map(Cause::Varies)
             }
@@ -84,6 +87,20 @@ const JUDGES: usize = 8;
 /// taught as well, leaves a great one.
 fn contradicts_its_strikes(gap: &Gap, residuals: &[StopResidual]) -> bool {
     missed(gap, residuals).is_some_and(|missed| missed > CONTRADICTS * scatter(gap))
+}
+
+/// Share of the strikes that took no part, and their number, from which on those that the world misses by far are no strays.
+const PART: f64 = 0.2;
+const FEW: usize = 2;
+
+/// What is said where the world misses a part of the strikes that took no part by far more than they scatter, and not the others.
+fn missed_in_part(gap: &Gap, residuals: &[StopResidual]) -> Option<Cause> {
+    let judges = residuals.iter().filter(|residual| residual.is_heldout);
+    let far = gap::LONGEST * scatter(gap);
+    let is_far = |judge: &&StopResidual| judge.before[0].hypot(judge.before[1]) > far;
+    let (of, missed) = (gap.heldout_strikes, judges.filter(is_far).count());
+    let is_part = of >= JUDGES && missed >= FEW && missed as f64 >= PART * of as f64;
+    is_part.then_some(Cause::PartMissed { missed, of })
 }
 
 /// Whether stops change over the order of strikes, or between sessions, by so much more than repeats scatter that something is missing.
@@ -472,6 +489,15 @@ mod tests {
         };
         assert!(contradicts(&[0.0101; 8]));
         assert!(!contradicts(&[0.0099; 8]));
+        // Beyond three times the scatter is chance once or twice in a thousand; a fifth of them is none.
+        let part = |errors: &[f64]| {
+            let (gap, residuals) = missed_by(errors, 0.003);
+            missed_in_part(&gap, &residuals).is_some()
+        };
+        let near = [0.004; 8];
+        assert!(part(&[&near[..], &[0.05, 0.02]].concat()));
+        assert!(!part(&[&near[..], &[0.05]].concat()));
+        assert!(!part(&[&near[..], &near[..], &[0.05, 0.02]].concat()));
         // So few may miss by chance, and so may one by any length.
         assert!(!contradicts(&[0.0101; 7]));
         assert!(!contradicts(&[

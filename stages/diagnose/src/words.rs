@@ -118,6 +118,14 @@ pub enum Cause {
          slides.parquet and at what was identified"
     )]
     WorldOfOtherStrikes,
+    #[display(
+        "the identified world misses {missed} of {of} strikes that took no part by more than three times what strikes scatter by, and not the others: look \
+         in the report at what these have in common (a speed, an angle, a place), which it predicts as they do not go"
+    )]
+    PartMissed {
+        missed: usize,
+        of: usize,
+    },
     #[display("the arm errs as no candidate does: {_0}; beside that there is no gap")]
     Arm(Sentence<Dependence>),
 }
