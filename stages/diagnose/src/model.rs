@@ -222,7 +222,10 @@ impl Model {
     pub(crate) fn with_details(&self, has_form: impl Fn(usize) -> bool) -> Option<Self> {
         let mut parts = self.fitted_parts(&self.values);
         for (_, part) in parts.iter_mut().enumerate().filter(|(i, _)| has_form(*i)) {
-            let details = details(part.name).map(|detail| detail.name.to_string());
+            let details: Vec<String> = details(part.name)
+                .map(|detail| detail.name.to_string())
+                .filter(|name| !part.free.contains(name))
+                .collect();
             part.free.extend(details);
         }
         let model = self.of(parts);
@@ -372,6 +375,31 @@ mod tests {
         let rig = Rig::demo(Shape::Cylinder);
         let air = Model::plain(0.026, 0.8, &rig, &Thresholds::default());
         assert_eq!(air.free[FRICTION].low, 0.0);
+    }
+
+    #[test]
+    fn details_are_freed_once_and_where_they_are_asked_for() {
+        let part = |name| Part {
+            name,
+            parameters: BTreeMap::new(),
+            free: Vec::new(),
+            strengths: Vec::new(),
+            within: BTreeMap::new(),
+            shrinks_to: None,
+        };
+        let rig = Rig::demo(Shape::Cylinder);
+        let plain = Model::plain(0.2, 0.5, &rig, &Thresholds::default());
+        assert!(
+            plain
+                .with(part("table_tilt"))
+                .with_details(|_| true)
+                .is_none()
+        );
+        let held = plain.with(part("friction_patch"));
+        let (all, none) = (held.with_details(|_| true), held.with_details(|_| false));
+        let all = all.expect("a patch has details");
+        assert_eq!(all.free.len(), held.free.len() + 4);
+        assert!(none.is_none() && all.with_details(|_| true).is_none());
     }
 
     #[test]
