@@ -79,6 +79,13 @@ impl Alias {
     }
 }
 
+/// Whether a line is surely curved: the edge of a wide disc is, whose far side no strike met.
+pub(crate) fn is_curved(added: &AddedEffect) -> bool {
+    let curvature = added.parameters.get("curvature");
+    let interval = curvature.and_then(|curvature| curvature.low.zip(curvature.high));
+    added.name == "friction_step" && interval.is_some_and(|(low, high)| low * high > 0.0)
+}
+
 /// Whether this effect of the arm is one with a drift of the heading, which has no name: it turns launches by angles that follow the order of strikes,
 /// whether by the commanded angle, the speed or the start.
 pub(crate) fn is_drift_of_heading(

@@ -474,7 +474,8 @@ impl Case<'_, '_> {
                     equivalent: {
                         let mut alike = selected.equivalent.clone();
                         let more = alias.alike(selected.name).into_iter();
-                        let more = more.filter(|_| !turns);
+                        let disc = alias::is_curved(added).then_some("friction_patch");
+                        let more = more.filter(|_| !turns).chain(disc);
                         let names = self.names();
                         let more = more.filter(|n| !names.contains(n) && !alike.contains(n));
                         alike.extend(more.collect::<Vec<_>>());

@@ -243,25 +243,39 @@ fn an_effect_that_moves_stops_by_little_is_told_and_not_named() {
 
 #[test]
 fn a_form_at_the_end_of_its_range_is_reported_and_is_not_named_alone() {
-    // A stain of 0.6 m radius beside the strikes: the library's discs end at 0.5 m, and strikes meet no more than its edge.
-    let hidden = "friction_patch=center_x:0.5,center_y:-0.55,radius:0.6,change:0.6,stretch:1.0";
+    // A hollow whose middle lies as far beyond the strikes as is looked for it.
+    let hidden = "table_bowl=kappa:0.03,center_x:1.1,center_y:0.5";
     let found = diagnose(&input(hidden, 120, 31));
     let diagnosis = &found.diagnosis;
     assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.summary);
-    let effects = diagnosis.effects.iter();
-    let patches: Vec<_> = effects
-        .filter(|effect| effect.name == "friction_patch")
-        .collect();
-    assert_eq!(patches.len(), 1, "{}", diagnosis.summary);
-    let radius = &patches[0].parameters["radius"];
-    assert!(radius.value > 0.48, "{radius:?}");
-    assert_eq!((radius.low, radius.high), (0.01, 0.5), "its whole range");
-    assert!(!patches[0].equivalent.is_empty(), "it is not named alone");
-    let said = "radius of friction_patch was fitted at the end of its range";
+    let [bowl] = &diagnosis.effects[..] else {
+        panic!("{}", diagnosis.summary)
+    };
+    assert_eq!(bowl.name, "table_bowl");
+    let middle = &bowl.parameters["center_x"];
+    assert!(
+        middle.high - middle.low > 1.0,
+        "its whole range: {middle:?}"
+    );
+    assert!(!bowl.equivalent.is_empty(), "it is not named alone");
+    let said = "center_x of table_bowl was fitted at the end of its range";
     assert!(
         diagnosis.notes.iter().any(|note| note.contains(said)),
         "{:?}",
         diagnosis.notes
+    );
+}
+
+#[test]
+fn a_stain_that_is_wider_than_any_disc_of_the_library_is_a_curved_edge_or_a_disc() {
+    // Of 0.6 m radius beside the strikes, which meet no more than its edge: the library's discs end at 0.5 m.
+    let hidden = "friction_patch=center_x:0.5,center_y:-0.55,radius:0.6,change:0.6,stretch:1.0";
+    let found = diagnose(&input(hidden, 120, 31));
+    assert_eq!(classes(&found), [["friction_step", "friction_patch"]]);
+    let curvature = &found.diagnosis.effects[0].parameters["curvature"];
+    assert!(
+        (curvature.value.abs() - 1.0 / 0.6).abs() < 0.15,
+        "{curvature:?}"
     );
 }
 
