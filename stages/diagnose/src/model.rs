@@ -359,6 +359,18 @@ mod tests {
 
     use super::*;
 
+    /// An effect as it begins, nothing of it free.
+    fn part(name: &'static str) -> Part {
+        Part {
+            name,
+            parameters: BTreeMap::new(),
+            free: Vec::new(),
+            strengths: Vec::new(),
+            within: BTreeMap::new(),
+            shrinks_to: None,
+        }
+    }
+
     #[test]
     fn no_fit_leaves_what_a_world_may_have() {
         for friction in [0.03, 0.3, 0.9] {
@@ -379,14 +391,6 @@ mod tests {
 
     #[test]
     fn details_are_freed_once_and_where_they_are_asked_for() {
-        let part = |name| Part {
-            name,
-            parameters: BTreeMap::new(),
-            free: Vec::new(),
-            strengths: Vec::new(),
-            within: BTreeMap::new(),
-            shrinks_to: None,
-        };
         let rig = Rig::demo(Shape::Cylinder);
         let plain = Model::plain(0.2, 0.5, &rig, &Thresholds::default());
         assert!(
@@ -404,14 +408,6 @@ mod tests {
 
     #[test]
     fn a_law_of_restitution_needs_a_restitution() {
-        let part = |name| Part {
-            name,
-            parameters: BTreeMap::new(),
-            free: Vec::new(),
-            strengths: Vec::new(),
-            within: BTreeMap::new(),
-            shrinks_to: None,
-        };
         let rig = Rig::demo(Shape::Cylinder);
         let plain = Model::plain(0.2, -0.1, &rig, &Thresholds::default());
         let below = |model: &Model| model.free[RESTITUTION].low < 0.0;

@@ -37,7 +37,8 @@ pub(super) struct Footprint {
 }
 
 impl Footprint {
-    /// The base of the rig's object, with the details that a world gives.
+    /// The base of the rig's object, with the details that a world gives; one that gives none was fitted with an even load and the base as the edge's
+    /// width.
     pub(super) fn of(values: &Values, rig: &Rig) -> Self {
         let solid = &rig.object.solid;
         let detail = |parameter: &EffectParameter| values.given(parameter.name).unwrap_or(0.0);
