@@ -35,7 +35,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 69;
+    const VERSION: u32 = 70;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -140,7 +140,6 @@ impl Diagnose {
 
         progress.set_message("the world without effects, and the noise about it");
         let (prepared, null) = fit_null(prepared, &input.world, self.thresholds.small_wander)?;
-        let facing = gain_of_facing(rig, &input.world, &usable.strikes, &self.thresholds, &null)?;
         let came_before = before(input, &prepared);
         let asked = question::ask(&prepared, &null, &came_before, self.seed);
 
@@ -235,7 +234,10 @@ impl Diagnose {
             note,
         } = paying(selection)?;
         let found = unpaid.as_ref().unwrap_or(&selection);
-        let faces = facing.is_some_and(|gain| is_rather_facing(gain, &found.effects));
+        // A box that leaves every slide shows nothing of how it lies.
+        let faces = !is_astray
+            && gain_of_facing(rig, &input.world, &usable.strikes, &self.thresholds, &null)?
+                .is_some_and(|gain| is_rather_facing(gain, &found.effects));
         // Effects that are no chance, and may be others: that they move stops is no scatter.
         let moves_unpaid = match &unpaid {
             Some(unpaid) => {
@@ -297,7 +299,7 @@ struct Pruning<'p> {
     acts_in_part: &'p dyn Fn(&Selection<'_>, usize) -> bool,
 }
 
-/// The selection without three kinds of effects: those whose strength may be neutral; those of friction by the order that a wander explains as well,
+/// The selection without three kinds of effects: those whose strength may be neutral; those by the order that a wander explains as well,
 /// where what is left has no other form; and those that move stops by little in all strikes, whose names are returned.
 fn pruned<'a>(
     mut selection: Selection<'a>,

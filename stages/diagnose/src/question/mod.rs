@@ -247,6 +247,19 @@ pub(crate) fn variation(
     }
 }
 
+/// Gain in log-likelihood of a random walk of the strikes' launch speeds over launches that scatter independently.
+pub(crate) fn gain_of_wandering_launches(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> f64 {
+    let asking = Asking::new(
+        prepared,
+        fitted,
+        &vec![Before::default(); prepared.strikes.len()],
+        0,
+    );
+    let launch = asking.weighed(Column::Launch, false);
+    let beside = asking.wander.beside(&[launch.weights.clone()]);
+    beside.gain(&launch.values)
+}
+
 /// Whether commands were repeated so often that what repeats scatter by is measured; otherwise it is what no smooth part takes.
 pub(crate) fn has_repeats(prepared: &PreparedStrikes<'_>) -> bool {
     are_repeated(&commands(prepared))
