@@ -282,6 +282,11 @@ impl Case<'_, '_> {
             return Ok(unnamed(Verdict::Unexplained, cause, None));
         }
         let fitted_world = || fitted_world(&self.input.world, fitted, prepared.noise);
+        if !is_gap && !self.selection.effects.is_empty() {
+            let note = notes::not_named(&self.names(), WhyNot::NotAnswered);
+            let cause = self.moves_unpaid.then_some(Cause::Unpaid);
+            return Ok(unnamed(unexplained, cause, Some(note)));
+        }
         if self.is_stated() {
             let (never_named, others): (Vec<AddedEffect>, Vec<AddedEffect>) = fitted_world()?
                 .effects

@@ -299,8 +299,8 @@ struct Pruning<'p> {
     acts_in_part: &'p dyn Fn(&Selection<'_>, usize) -> bool,
 }
 
-/// The selection without three kinds of effects: those whose strength may be neutral; those by the order that a wander explains as well,
-/// where what is left has no other form; and those that move stops by little in all strikes, whose names are returned.
+/// The selection without three kinds of effects: those whose strength may be neutral; those by the order without which
+/// nothing is left that is no wander; and those that move stops by little in all strikes, whose names are returned.
 fn pruned<'a>(
     mut selection: Selection<'a>,
     candidates: &[Candidate],
@@ -311,7 +311,7 @@ fn pruned<'a>(
     loop {
         if let Some(unsure) = selection.fitted.unsure() {
             selection = without(selection, unsure, chance)?;
-        } else if let Some(wandering) = with_wander(&selection, chance)?.filter(judged.is_wander) {
+        } else if let Some(wandering) = with_wander(&selection, chance, judged.is_wander)? {
             selection = wandering;
         } else if let Some(place) = least_that_moves_little(&selection)?
             && !(judged.acts_in_part)(&selection, place)

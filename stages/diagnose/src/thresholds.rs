@@ -30,9 +30,6 @@ pub struct Thresholds {
     /// Wander of friction from the first strike to the last, relative, beside which effects are sought first: it moves no stop by more
     /// than launches scatter.
     pub small_wander: f64,
-    /// Gain in log-likelihood over a great wander by which an effect of friction by order is named. It is no level of a test: neither holds the
-    /// other, and a wander as great as strikes scatter often gains as much.
-    pub beyond_wander: f64,
     /// Typical gains (medians of their sizes) that a strike left out of fits may count for in the test whether effects predict it: 5 are 3.4
     /// standard deviations of a normal distribution.
     pub typical_gains: f64,
@@ -59,7 +56,6 @@ impl Default for Thresholds {
             contains: 0.02,
             contains_value: 2.0,
             small_wander: 0.004,
-            beyond_wander: 6.0,
             typical_gains: 5.0,
             wrong_sizes: 0.14,
             believed_sizes: 2.0,

@@ -391,6 +391,10 @@ pub enum WhyNot {
     NoSuchWorld,
     #[display("{name} would be as strong as can be, and stands for something else")]
     AtItsStrongest { name: String },
+    #[display(
+        "the strikes' launches, friction and stops depend on nothing beyond chance and a wander, which tracks that share some noise would imitate"
+    )]
+    NotAnswered,
     #[display("what changes with the order of strikes does so in another form")]
     OtherForm,
     #[display("a camera that drifts would do the same")]

@@ -247,19 +247,6 @@ pub(crate) fn variation(
     }
 }
 
-/// Gain in log-likelihood of a random walk of the strikes' launch speeds over launches that scatter independently.
-pub(crate) fn gain_of_wandering_launches(prepared: &PreparedStrikes<'_>, fitted: &Fitted) -> f64 {
-    let asking = Asking::new(
-        prepared,
-        fitted,
-        &vec![Before::default(); prepared.strikes.len()],
-        0,
-    );
-    let launch = asking.weighed(Column::Launch, false);
-    let beside = asking.wander.beside(&[launch.weights.clone()]);
-    beside.gain(&launch.values)
-}
-
 /// Whether commands were repeated so often that what repeats scatter by is measured; otherwise it is what no smooth part takes.
 pub(crate) fn has_repeats(prepared: &PreparedStrikes<'_>) -> bool {
     are_repeated(&commands(prepared))
@@ -811,7 +798,10 @@ impl Asking {
             statistic
         };
         let heading = self.weighed(Column::Heading, false);
-        let ratio = self.wander_of(Column::Heading, &heading);
+        // A walk as great as the strikes do not exclude would leave the first of them alone to show a level.
+        let ones = self.sessions().into_iter().chain(self.covariates.smooth());
+        let ones: Vec<_> = ones.map(|c| c.component_mul(&heading.weights)).collect();
+        let (ratio, _) = self.wander.beside(&ones).likeliest(&heading.values);
         let level_of_one = self.wander.whitened(ratio, &heading.weights);
         let level_of_one =
             &level_of_one / (level_of_one.norm() / (level_of_one.len() as f64).sqrt()).max(1e-300);

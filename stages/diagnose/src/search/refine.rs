@@ -36,35 +36,13 @@ pub(crate) fn without<'a>(
     Ok(selection)
 }
 
-/// The selection without its first effect by strike order that a random walk explains nearly as well: of friction, allowed up to [`GREATEST`], for
-/// the effect was found beside a narrowly bounded walk, because an unbounded one explains any drift; or of launch speeds, beside which none was
-/// sought. `None` where there is no such effect.
+/// The selection without its first effect of friction or launch speed by strike order beside whose absence nothing is left that `is_no_wander`. Friction may
+/// then wander up to [`GREATEST`]: an effect is sought beside a narrowly bounded walk, because an unbounded one explains any drift. `None` where there is no
+/// such effect.
 pub(crate) fn with_wander<'a>(
     selection: &Selection<'a>,
     chance: &Chance,
-) -> Result<Option<Selection<'a>>, WorldError> {
-    let parts = selection.fitted.model.parts.iter().enumerate();
-    for (place, part) in parts {
-        let over = family(part.name);
-        let wandering = if over.contains(&Covariate::Wear) {
-            with_wandering_friction(selection, place, chance)?
-        } else if over.contains(&Covariate::Order) {
-            with_wandering_launches(selection, place, chance)?
-        } else {
-            None
-        };
-        if wandering.is_some() {
-            return Ok(wandering);
-        }
-    }
-    Ok(None)
-}
-
-/// The selection with a random walk of friction in the place of an effect, if that is nearly as good.
-fn with_wandering_friction<'a>(
-    selection: &Selection<'a>,
-    place: usize,
-    chance: &Chance,
+    is_wander: &dyn Fn(&Selection<'a>) -> bool,
 ) -> Result<Option<Selection<'a>>, WorldError> {
     let Selection {
         prepared,
@@ -72,51 +50,34 @@ fn with_wandering_friction<'a>(
         fitted,
         ..
     } = selection;
-    let wandering = |from: &Fitted, model: &Model| {
-        let free = from.estimated.components.with_greatest_wander(GREATEST);
-        prepared.fit(model, &free, &from.nuisances, Goal::Settled)
-    };
-    let least = fitted.likelihood() - prepared.thresholds.beyond_wander;
-    let without = wandering(fitted, &fitted.model.without(place))?;
-    let Some(fitted) = without.filter(|without| without.likelihood() > least) else {
-        return Ok(None);
-    };
-    let Some(null) = wandering(null, &null.model)? else {
-        return Ok(None);
-    };
-    let selection = Selection {
-        prepared: prepared.clone(),
-        null,
-        fitted,
-        effects: Vec::new(),
-    };
-    standing(selection, chance).map(Some)
-}
-
-/// The selection without an effect, if a random walk of launch speeds gains nearly as much.
-fn with_wandering_launches<'a>(
-    selection: &Selection<'a>,
-    place: usize,
-    chance: &Chance,
-) -> Result<Option<Selection<'a>>, WorldError> {
-    let Some(reduced) = reduced(selection, place)? else {
-        return Ok(None);
-    };
-    let Selection {
-        prepared, fitted, ..
-    } = selection;
-    let gain = question::gain_of_wandering_launches(prepared, &reduced);
-    let least = fitted.likelihood() - prepared.thresholds.beyond_wander;
-    if reduced.likelihood() + gain <= least {
-        return Ok(None);
+    for (place, part) in fitted.model.parts.iter().enumerate() {
+        let is_over = |covariate| family(part.name).contains(&covariate);
+        let is_of_friction = is_over(Covariate::Wear);
+        if !(is_of_friction || is_over(Covariate::Order)) {
+            continue;
+        }
+        let refitted = |from: &Fitted, model: &Model| {
+            let components = match is_of_friction {
+                true => from.estimated.components.with_greatest_wander(GREATEST),
+                false => from.estimated.components,
+            };
+            prepared.fit(model, &components, &from.nuisances, Goal::Settled)
+        };
+        let without = refitted(fitted, &fitted.model.without(place))?;
+        let (Some(fitted), Some(null)) = (without, refitted(null, &null.model)?) else {
+            continue;
+        };
+        let selection = Selection {
+            prepared: prepared.clone(),
+            null,
+            fitted,
+            effects: Vec::new(),
+        };
+        if is_wander(&selection) {
+            return standing(selection, chance).map(Some);
+        }
     }
-    let selection = Selection {
-        prepared: prepared.clone(),
-        null: selection.null.clone(),
-        fitted: reduced,
-        effects: Vec::new(),
-    };
-    standing(selection, chance).map(Some)
+    Ok(None)
 }
 
 /// Place of the effect without which the stops of these commands move least, if that is little beside the scatter of repeats: nobody who strikes
