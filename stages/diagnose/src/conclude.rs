@@ -150,7 +150,7 @@ impl Case<'_, '_> {
         Ok(Diagnosed {
             residuals: gap::residuals(&strikes, &judged.before, &judged.after),
             diagnosis: Diagnosis {
-                summary: Summary::Beside(summary.into(), beside).into(),
+                summary: Summary::Beside(Box::new(summary.into()), beside).into(),
                 verdict,
                 cause: judged.cause.map(Sentence::from),
                 p_value: self.p_value.drawn,
@@ -282,9 +282,9 @@ impl Case<'_, '_> {
             return Ok(unnamed(Verdict::Unexplained, cause, None));
         }
         let fitted_world = || fitted_world(&self.input.world, fitted, prepared.noise);
-        if !is_gap && !self.selection.effects.is_empty() {
-            let note = notes::not_named(&self.names(), WhyNot::NotAnswered);
-            let cause = self.moves_unpaid.then_some(Cause::Unpaid);
+        if !is_gap && self.asked.runs_with_order && !self.selection.effects.is_empty() {
+            let note = notes::not_named(&self.names(), WhyNot::RunsWithOrder);
+            let cause = (unexplained == Verdict::Unexplained).then_some(Cause::RunsWithOrder);
             return Ok(unnamed(unexplained, cause, Some(note)));
         }
         if self.is_stated() {

@@ -53,12 +53,14 @@ impl Stage for Diagnose {
         };
         let diagnosis = &mut found.diagnosis;
         let gap = &diagnosis.gap;
+        let missed = missed_by_far(gap, &found.residuals);
         let cause = match diagnosis.verdict {
             Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
                 Some(Cause::WorldOfOtherStrikes)
             }
-            Verdict::Consistent if let Some(missed) = missed_in_part(gap, &found.residuals) => {
-                Some(missed)
+            Verdict::Consistent if is_part(missed, gap.heldout_strikes) => {
+                let of = gap.heldout_strikes;
+                Some(Cause::PartMissed { missed, of })
             }
             Verdict::Consistent if changes_greatly(gap, &found.residuals) => {
                 notes::variation(gap).map(Cause::Varies)
@@ -69,6 +71,11 @@ impl Stage for Diagnose {
             diagnosis.verdict = Verdict::Unexplained;
             diagnosis.summary = Summary::Unexplained(Some(cause.clone())).into();
             diagnosis.cause = Some(cause.into());
+        } else if diagnosis.verdict == Verdict::Consistent && missed >= FEW {
+            let of = diagnosis.gap.heldout_strikes;
+            let summary = Box::new(diagnosis.summary.clone());
+            diagnosis.summary =
+                Summary::Beside(summary, vec![Note::SomeMissed { missed, of }]).into();
         }
         Ok(found)
     }
@@ -93,14 +100,17 @@ fn contradicts_its_strikes(gap: &Gap, residuals: &[StopResidual]) -> bool {
 const PART: f64 = 0.2;
 const FEW: usize = 2;
 
-/// What is said where the world misses a part of the strikes that took no part by far more than they scatter, and not the others.
-fn missed_in_part(gap: &Gap, residuals: &[StopResidual]) -> Option<Cause> {
-    let judges = residuals.iter().filter(|residual| residual.is_heldout);
+/// How many of the strikes that took no part the world misses by far more than they scatter.
+fn missed_by_far(gap: &Gap, residuals: &[StopResidual]) -> usize {
     let far = gap::LONGEST * scatter(gap);
+    let judges = residuals.iter().filter(|residual| residual.is_heldout);
     let is_far = |judge: &&StopResidual| judge.before[0].hypot(judge.before[1]) > far;
-    let (of, missed) = (gap.heldout_strikes, judges.filter(is_far).count());
-    let is_part = of >= JUDGES && missed >= FEW && missed as f64 >= PART * of as f64;
-    is_part.then_some(Cause::PartMissed { missed, of })
+    judges.filter(is_far).count()
+}
+
+/// Whether so many of these are a part of the strikes, and no strays.
+fn is_part(missed: usize, of: usize) -> bool {
+    of >= JUDGES && missed >= FEW && missed as f64 >= PART * of as f64
 }
 
 /// Whether stops change over the order of strikes, or between sessions, by so much more than repeats scatter that something is missing.
@@ -494,7 +504,7 @@ mod tests {
         // Beyond three times the scatter is chance once or twice in a thousand; a fifth of them is none.
         let part = |errors: &[f64]| {
             let (gap, residuals) = missed_by(errors, 0.003);
-            missed_in_part(&gap, &residuals).is_some()
+            is_part(missed_by_far(&gap, &residuals), gap.heldout_strikes)
         };
         let near = [0.004; 8];
         assert!(part(&[&near[..], &[0.05, 0.02]].concat()));

@@ -36,7 +36,7 @@ pub enum Summary {
     Named(Vec<Stated>),
     /// With what it leaves open.
     #[display("{_0}{}", _1.iter().map(|beside| format!("; {beside}")).collect::<String>())]
-    Beside(Box<Summary>, Vec<Note>),
+    Beside(Box<Sentence<Summary>>, Vec<Note>),
     /// The arm's laws, and what was named beside them.
     #[display("{}, and {_1}", list(_0, ", and "))]
     ArmAndNamed(Vec<AddedEffect>, Box<Sentence<Summary>>),
@@ -96,6 +96,11 @@ pub enum Cause {
          an arm or a camera that turns slowly would do the same; strike the first commands again, or in another order"
     )]
     HeadingInOrder,
+    #[display(
+        "stops move by more than they scatter, and commands follow the order of strikes: what fits best, in the notes, or a wander of launch or friction \
+         would do it; strike in another order"
+    )]
+    RunsWithOrder,
     #[display(
         "all strikes start at one place, from where what depends on the place, on the way gone and on the time since the impact is one: \
          something that changes along every slide (an object that sticks at first, or rides on air) would look like a patch there, or like several \
@@ -190,6 +195,7 @@ fn by(covariate: &str, form: Option<Form>) -> String {
         ("order", Some(Form::Step(at) | Form::StepInSession(at))) => {
             format!("steps after strike {at} of those that were looked at")
         }
+        ("order" | "session", Some(Form::Sessions)) => "differs between sessions".into(),
         ("order" | "session", Some(form)) => {
             format!("depends on the order of strikes ({})", form.name())
         }
@@ -281,6 +287,14 @@ pub enum Note {
     BesideEffects {
         friction: [f64; 3],
         restitution: [f64; 3],
+    },
+    #[display(
+        "{missed} of {of} strikes that took no part are missed by more than three times what strikes scatter by, which is no scatter: open \
+         them in the report, and look whether the tip grazed, or struck twice"
+    )]
+    SomeMissed {
+        missed: usize,
+        of: usize,
     },
     /// Tracks do not show how the object is braked on its way.
     #[display(
@@ -392,9 +406,9 @@ pub enum WhyNot {
     #[display("{name} would be as strong as can be, and stands for something else")]
     AtItsStrongest { name: String },
     #[display(
-        "the strikes' launches, friction and stops depend on nothing beyond chance and a wander, which tracks that share some noise would imitate"
+        "commands follow the order of these strikes, so that a wander does the same, and nothing tells them apart: strike in another order"
     )]
-    NotAnswered,
+    RunsWithOrder,
     #[display("what changes with the order of strikes does so in another form")]
     OtherForm,
     #[display("a camera that drifts would do the same")]

@@ -70,6 +70,25 @@ fn friction_that_steps_or_cycles_with_the_order_is_no_wander() {
 }
 
 #[test]
+fn a_wander_has_no_name_whatever_wanders_and_where_commands_follow_the_order() {
+    for (plan, hidden) in [
+        (Plan::Random, Hidden::LaunchWander(0.006)),
+        (Plan::OneAngle, Hidden::LaunchWander(0.006)),
+        (Plan::Sweep, Hidden::Wander(0.01)),
+    ] {
+        for seed in 90..94 {
+            let found = diagnosed(plan, hidden, seed);
+            assert_ne!(
+                found.verdict,
+                Verdict::Named,
+                "{plan:?} {seed}: {}",
+                found.summary
+            );
+        }
+    }
+}
+
+#[test]
 fn strikes_of_two_objects_are_two_groups_and_no_scatter() {
     for plan in [Plan::Random, Plan::OneCommand] {
         let found = diagnosed(plan, Hidden::TwoObjects(0.3), 64);

@@ -90,6 +90,13 @@ impl Drift {
             let rate = wording::percent(100.0 * self.rate);
             return format!("{of} {goes} by {rate} of its first value every 100 strikes");
         }
+        // What would be in the end is not said of a change that would be as great as all.
+        if !is_level && self.rate.abs() >= self.saturation {
+            let by = wording::percent(self.rate * self.gone_on(100.0));
+            return format!(
+                "{of} {goes} by {by} within the first 100 strikes, and ever more slowly"
+            );
+        }
         let by = wording::percent(self.rate / self.saturation);
         let by_then = |share: f64| (-(1.0 - share).ln()).powf(1.0 / self.shape) / self.saturation;
         if !is_level {

@@ -116,6 +116,8 @@ pub(crate) struct Answer {
     pub(crate) floor: f64,
     is_box: bool,
     has_sessions: bool,
+    /// Whether commands or starts follow the order of strikes.
+    pub(crate) runs_with_order: bool,
     /// Functions of the strikes that hold what was found in a column to depend on the order.
     by_order: Vec<(Column, Vec<DVector<f64>>)>,
 }
@@ -445,6 +447,7 @@ impl Asking {
             findings,
             is_box: self.is_box,
             has_sessions: self.sessions.iter().any(|session| *session > 0),
+            runs_with_order: self.runs_with_order(),
             by_order,
         }
     }
@@ -700,19 +703,24 @@ impl Asking {
         ]
     }
 
-    /// A column without what depends on commands; they are left in where they run with the order.
-    fn in_order(&self, of: Column) -> Option<(f64, InOrder)> {
-        let column = self.weighed(of, true);
+    /// Whether commands or starts follow the order of strikes.
+    fn runs_with_order(&self) -> bool {
         let n = self.rows.len();
         let place = DVector::from_fn(n, |i, _| (i as f64 + 0.5) / n as f64);
         let mean = Basis::new([DVector::repeat(n, 1.0)]);
         let slow = mean.beside(table::cosines(&place, 3));
-        let runs = self.covariates.linear().into_iter().any(|command| {
+        self.covariates.linear().into_iter().any(|command| {
             let command = mean.off(command);
             let shared: f64 = slow.iter().map(|q| q.dot(&command).powi(2)).sum();
             shared > RUNS_WITH_ORDER * command.norm_squared()
-        });
-        let smooth = match runs {
+        })
+    }
+
+    /// A column without what depends on commands; they are left in where they run with the order.
+    fn in_order(&self, of: Column) -> Option<(f64, InOrder)> {
+        let column = self.weighed(of, true);
+        let n = self.rows.len();
+        let smooth = match self.runs_with_order() {
             true => Vec::new(),
             false => self.covariates.smooth(),
         };

@@ -290,11 +290,12 @@ impl InOrder {
         match form {
             Form::Step(k) => {
                 let before = DVector::from_fn(n, |i, _| f64::from(i < k));
-                let form = match self.is_inside(k, &steps) {
-                    true => Form::StepInSession(k),
-                    false => form,
-                };
-                (form, vec![before])
+                match (self.is_inside(k, &steps), self.of) {
+                    (true, _) => (Form::StepInSession(k), vec![before]),
+                    // Nothing at the tip is known to have changed where a day began.
+                    (false, Column::Launch) => (Form::Sessions, self.of_sessions()),
+                    (false, _) => (form, vec![before]),
+                }
             }
             form => {
                 let chosen = own.iter().position(|other| *other == (form, criterion));
@@ -647,7 +648,7 @@ mod tests {
     }
 
     #[test]
-    fn sessions_of_launches_are_told_where_a_step_is_excluded() {
+    fn a_step_of_launches_where_a_session_begins_is_the_sessions() {
         let launched = |seed, n: usize, hidden: &dyn Fn(usize) -> f64| {
             let column = in_order(seed, 0.0, n, 30, &|i| i as f64, hidden);
             let of = Column::Launch;
@@ -658,7 +659,9 @@ mod tests {
             let in_turn = launched(seed, 120, &|i| 4.0 * (i / 30 % 2) as f64);
             assert_eq!(in_turn, Form::Sessions);
             let changed_once = launched(seed, 60, &|i| 4.0 * (i / 30) as f64);
-            assert_ne!(changed_once, Form::Sessions);
+            assert_eq!(changed_once, Form::Sessions);
+            let within = launched(seed, 120, &|i| 4.0 * (i / 45).min(1) as f64);
+            assert!(matches!(within, Form::StepInSession(44..=46)), "{within:?}");
         }
     }
 

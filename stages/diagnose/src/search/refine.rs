@@ -37,8 +37,8 @@ pub(crate) fn without<'a>(
 }
 
 /// The selection without its first effect of friction or launch speed by strike order beside whose absence nothing is left that `is_no_wander`. Friction may
-/// then wander up to [`GREATEST`]: an effect is sought beside a narrowly bounded walk, because an unbounded one explains any drift. `None` where there is no
-/// such effect.
+/// then wander up to [`GREATEST`]: an effect is sought beside a narrowly bounded walk, because an unbounded one explains any drift. Launch speeds that change
+/// while friction does are no wander of their own. `None` where there is no such effect.
 pub(crate) fn with_wander<'a>(
     selection: &Selection<'a>,
     chance: &Chance,
@@ -50,14 +50,20 @@ pub(crate) fn with_wander<'a>(
         fitted,
         ..
     } = selection;
-    for (place, part) in fitted.model.parts.iter().enumerate() {
-        let is_over = |covariate| family(part.name).contains(&covariate);
-        let is_of_friction = is_over(Covariate::Wear);
-        if !(is_of_friction || is_over(Covariate::Order)) {
-            continue;
-        }
+    let is_over = |part: &Part, covariate| family(part.name).contains(&covariate);
+    let parts = &fitted.model.parts;
+    let does_friction_change = parts.iter().any(|part| is_over(part, Covariate::Wear));
+    let asked = match does_friction_change {
+        true => Covariate::Wear,
+        false => Covariate::Order,
+    };
+    for (place, _) in parts
+        .iter()
+        .enumerate()
+        .filter(|(_, part)| is_over(part, asked))
+    {
         let refitted = |from: &Fitted, model: &Model| {
-            let components = match is_of_friction {
+            let components = match does_friction_change {
                 true => from.estimated.components.with_greatest_wander(GREATEST),
                 false => from.estimated.components,
             };

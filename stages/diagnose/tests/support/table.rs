@@ -63,6 +63,8 @@ pub enum Hidden {
     Lean(f64),
     /// A random walk of friction from strike to strike.
     Wander(f64),
+    /// A random walk of launch speed from strike to strike.
+    LaunchWander(f64),
     /// A force across the velocity, in m/s² per m/s.
     Magnus(f64),
     /// The delivered speed waves with the commanded one: share of it, crest to crest in m/s.
@@ -267,6 +269,13 @@ impl Table {
                     _ => None,
                 });
                 wander += step.unwrap_or(0.0) * set.normal();
+                let of_launch = set.hidden.iter().find_map(|hidden| match hidden {
+                    Hidden::LaunchWander(step) => Some(*step),
+                    _ => None,
+                });
+                if let Some(step) = of_launch {
+                    set.gain *= (step * set.normal()).exp();
+                }
                 let other = set.hidden.iter().find_map(|hidden| match hidden {
                     Hidden::TwoObjects(share) => Some(*share),
                     _ => None,

@@ -82,6 +82,11 @@ fn fitted_values_are_stated_in_a_sentence() {
         ),
         (
             "friction_drift",
+            &[("rate", 0.42), ("saturation", 0.3)],
+            "friction rises by 36 % within the first 100 strikes, and ever more slowly",
+        ),
+        (
+            "friction_drift",
             &[("rate", 0.2), ("saturation", 1.0), ("shape", 8.0)],
             "friction rises by 20 % between strikes 75 and 111",
         ),
