@@ -174,3 +174,12 @@ fn what_slows_objects_beside_friction_takes_of_what_repeats_scatter_by() {
     let ratio = found.gap.noise_floor / scatter;
     assert!((0.9..1.1).contains(&ratio), "{ratio}");
 }
+
+#[test]
+fn what_changed_once_is_not_in_the_floor() {
+    let (scatter, _) = scatter_and_floor(Plan::Grid, Noise::Ideal, Hidden::Nothing);
+    let (_, found) = scatter_and_floor(Plan::Grid, Noise::Ideal, Hidden::TurnedHalfway(0.1));
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
+    let ratio = found.gap.noise_floor / scatter;
+    assert!((0.8..1.25).contains(&ratio), "{ratio}");
+}

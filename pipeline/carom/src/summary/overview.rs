@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use diagnose::{Diagnosis, Parameter, Verdict};
+use values::Split;
 
 use super::diagnosis::{changes, gap_in_brief, numbers, probability, verdict};
 use super::shared::{lines, stop_errors, strikes, unused_diagnosis, warnings};
@@ -17,9 +18,15 @@ pub fn overview(results: &Results) -> String {
     let mut text = strikes(results, MOST_LINES);
     if let Some(worlds) = &results.worlds {
         let fit = &worlds.fit;
+        let learn = results.strikes.iter();
+        let learn = learn.filter(|strike| strike.split == Split::Train).count();
+        let earliest = match fit.strikes < learn {
+            true => "the earliest ",
+            false => "",
+        };
         let _ = writeln!(
             text,
-            "sysid      tracks of {} strikes: {:.1} mm rms before, {:.1} mm after",
+            "sysid      tracks of {earliest}{} strikes: {:.1} mm rms before, {:.1} mm after",
             fit.strikes,
             fit.rms_before * 1e3,
             fit.rms_after * 1e3

@@ -249,6 +249,16 @@ pub(crate) fn variation(
     }
 }
 
+/// What repeats scatter by (m), less what was found to move stops by this much and stands in it. What moves them by more than repeats scatter does not.
+fn floor_beside(repeats: f64, unseen: f64) -> f64 {
+    match unseen < repeats {
+        true => (repeats * repeats - unseen * unseen)
+            .max(LEAST_FLOOR * repeats * repeats)
+            .sqrt(),
+        false => repeats,
+    }
+}
+
 /// Whether commands were repeated so often that what repeats scatter by is measured; otherwise it is what no smooth part takes.
 pub(crate) fn has_repeats(prepared: &PreparedStrikes<'_>) -> bool {
     are_repeated(&commands(prepared))
@@ -429,9 +439,7 @@ impl Asking {
         let unseen = findings.iter().filter(is_unseen).map(|found| found.size);
         let unseen = unseen.fold(0.0, f64::max);
         let repeats = self.variation(&by_order).repeats;
-        let floor = (repeats * repeats - unseen * unseen)
-            .max(LEAST_FLOOR * repeats * repeats)
-            .sqrt();
+        let floor = floor_beside(repeats, unseen);
         let most = (total * total - floor * floor).max(0.0).sqrt();
         findings.retain_mut(|finding| {
             let is_of_all = finding.covariate == "phase";
@@ -883,6 +891,13 @@ mod tests {
 
     fn by_order(column: Column, size: f64, form: Form) -> Answer {
         answer(found(What::Column(column), "order", size, Some(form)))
+    }
+
+    #[test]
+    fn a_floor_holds_nothing_that_was_found_in_it_and_loses_nothing_that_never_was() {
+        assert!((floor_beside(5.0, 4.0) - 3.0).abs() < 1e-12);
+        assert!((floor_beside(5.0, 4.99).powi(2) - 2.5).abs() < 1e-12);
+        assert_eq!(floor_beside(2.2, 4.9), 2.2);
     }
 
     #[test]

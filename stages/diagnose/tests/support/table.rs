@@ -65,6 +65,8 @@ pub enum Hidden {
     Wander(f64),
     /// A random walk of launch speed from strike to strike.
     LaunchWander(f64),
+    /// From the middle strike on objects leave turned by this angle, in rad.
+    TurnedHalfway(f64),
     /// A force across the velocity, in m/s² per m/s.
     Magnus(f64),
     /// The delivered speed waves with the commanded one: share of it, crest to crest in m/s.
@@ -331,6 +333,9 @@ impl Table {
                 Hidden::Reach(share) => delivered.speed *= 1.0 + share * origin.y,
                 Hidden::GainHalfway(share) if 2 * order >= self.strikes => {
                     delivered.angle += share * command.angle;
+                }
+                Hidden::TurnedHalfway(angle) if 2 * order >= self.strikes => {
+                    delivered.angle += angle
                 }
                 Hidden::Backlash(angle) => {
                     delivered.angle -= angle * (command.angle - set.before).signum();
