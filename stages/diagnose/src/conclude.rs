@@ -401,7 +401,7 @@ impl Case<'_, '_> {
         let is_judged = all_rest && !(self.is_astray || self.is_delivered);
         let great = if is_judged { GREAT } else { f64::INFINITY };
         let is_much_left = stops > great * accounted;
-        let certainty = floor.repeats_at_most / floor.repeats.max(f64::MIN_POSITIVE);
+        let certainty = floor.repeats.high / floor.repeats.value.max(f64::MIN_POSITIVE);
         let finding = match is_much_left {
             true => self.remaining.findings.first(),
             false => self.remaining.great_beside(&self.asked, great * certainty),

@@ -190,12 +190,21 @@ pub struct Gap {
     pub change_half_95: Option<f64>,
     /// Root mean square stop error that repeats of one command would show, in `unit`: no model gets below it.
     pub noise_floor: f64,
+    /// 95 % interval of `noise_floor`.
+    #[serde(default)]
+    pub noise_floor_95: [f64; 2],
     /// Root mean square motion of stops, in `unit`, by a slow random drift (wander) of the table or the arm over the order of strikes.
     #[serde(default)]
     pub wander: f64,
+    /// 95 % interval of `wander`.
+    #[serde(default)]
+    pub wander_95: [f64; 2],
     /// Root mean square difference of stops between sessions, in `unit`.
     #[serde(default)]
     pub sessions: f64,
+    /// 95 % interval of `sessions`.
+    #[serde(default)]
+    pub sessions_95: [f64; 2],
     /// Unit of the errors: `m`.
     pub unit: String,
     /// The measure of the errors: `rms stop error`.

@@ -81,9 +81,12 @@ pub(crate) fn gap(before: &[Option<Point>], after: &[Option<Point>], variation: 
             0.0
         },
         change_half_95: change_half_95(&both),
-        noise_floor: variation.repeats,
-        wander: variation.wander,
-        sessions: variation.sessions,
+        noise_floor: variation.repeats.value,
+        noise_floor_95: variation.repeats.ninety_five(),
+        wander: variation.wander.value,
+        wander_95: variation.wander.ninety_five(),
+        sessions: variation.sessions.value,
+        sessions_95: variation.sessions.ninety_five(),
         unit: "m".into(),
         measure: "rms stop error".into(),
     }

@@ -47,9 +47,9 @@ pub(crate) fn noise(noise: &Noise, fitted: &Fitted, verdict: Verdict) -> Vec<Not
 
 /// That stops wander with the order of strikes, or differ between sessions, by more than repeats scatter.
 pub(crate) fn variation(gap: &Gap) -> Option<Variation> {
-    let is_told = |by: &f64| gap.is_beyond_repeats(*by);
-    let wander = Some(gap.wander).filter(is_told).map(Change::Wander);
-    let sessions = Some(gap.sessions).filter(is_told).map(Change::Sessions);
+    let is_told = |by: f64| gap.is_beyond_repeats(by);
+    let wander = is_told(gap.wander).then_some(Change::Wander(gap.wander, gap.wander_95));
+    let sessions = is_told(gap.sessions).then_some(Change::Sessions(gap.sessions, gap.sessions_95));
     let by: Vec<Change> = wander.into_iter().chain(sessions).collect();
     (!by.is_empty()).then_some(Variation {
         by,

@@ -252,7 +252,7 @@ impl Diagnose {
         let moves_unpaid = match &unpaid {
             Some(unpaid) => {
                 let beside = question::variation(&unpaid.prepared, &unpaid.fitted, &ask(unpaid));
-                moved_by_all(unpaid)? > beside.repeats
+                moved_by_all(unpaid)? > beside.repeats.value
             }
             None => false,
         };
@@ -460,8 +460,8 @@ mod tests {
     /// Held-out strikes that miss by these errors (m), where repeats scatter by 4 mm and stops wander by this much.
     fn missed_by(errors: &[f64], wander: f64) -> (Gap, Vec<StopResidual>) {
         let variation = question::Variation {
-            repeats: 0.004,
-            wander,
+            repeats: question::StandardDeviation::known(0.004),
+            wander: question::StandardDeviation::known(wander),
             ..question::Variation::default()
         };
         let strike = Strike {

@@ -234,10 +234,12 @@ pub struct Variation {
 
 #[derive(Clone, Debug, Display, Serialize, Deserialize)]
 pub enum Change {
-    #[display("wander by {:.1} mm over the order of strikes", 1e3 * _0)]
-    Wander(f64),
-    #[display("differ by {:.1} mm between sessions", 1e3 * _0)]
-    Sessions(f64),
+    /// With the ends of its 95 % interval.
+    #[display("wander by {:.1} mm [{:.1}, {:.1}] over the order of strikes", 1e3 * _0, 1e3 * _1[0], 1e3 * _1[1])]
+    Wander(f64, [f64; 2]),
+    /// With the ends of its 95 % interval.
+    #[display("differ by {:.1} mm [{:.1}, {:.1}] between sessions", 1e3 * _0, 1e3 * _1[0], 1e3 * _1[1])]
+    Sessions(f64, [f64; 2]),
 }
 
 /// What is told beside the verdict: what was dropped, or is short of data.

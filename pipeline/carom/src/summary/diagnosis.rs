@@ -248,8 +248,11 @@ mod tests {
             change: 0.003 / 0.021 - 1.0,
             change_half_95: Some(0.032),
             noise_floor: 0.001,
+            noise_floor_95: [0.0008, 0.0013],
             wander: 0.0,
+            wander_95: [0.0, 0.001],
             sessions: 0.0,
+            sessions_95: [0.0; 2],
             unit: "m".into(),
             measure: "rms stop error".into(),
         };

@@ -16,7 +16,7 @@ use crate::diagnosis::{Diagnosis, NamedEffect, Parameter, Verdict};
 use crate::gap;
 use crate::model::specification;
 use crate::notes;
-use crate::question::{self, Variation};
+use crate::question::{self, StandardDeviation, Variation};
 use crate::words::{Cause, Note, Summary, WhyNot};
 use crate::{DiagnoseError, Diagnosed, Input};
 
@@ -127,10 +127,9 @@ impl Arm {
         let judges = |residuals: &[_]| gap::of_part(&strikes, residuals, true);
         let gap = &found.diagnosis.gap;
         let variation = Variation {
-            repeats,
-            repeats_at_most: repeats,
-            wander: gap.wander,
-            sessions: gap.sessions,
+            repeats: StandardDeviation::known(repeats),
+            wander: StandardDeviation::of(gap.wander, gap.wander_95),
+            sessions: StandardDeviation::of(gap.sessions, gap.sessions_95),
         };
         found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), variation);
         Ok(found)

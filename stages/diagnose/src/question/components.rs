@@ -7,6 +7,9 @@
 //! variance is taken for a power of the length.
 
 use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use values::median;
 
 use super::projection::Basis;
@@ -28,34 +31,83 @@ const POWER: f64 = 1.5;
 /// Number of differences between repeats from which they measure a scatter well enough.
 pub(super) const REPEATS: usize = 10;
 
+/// A standard deviation with the ends of its 95 % interval.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct StandardDeviation {
+    pub(crate) value: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+impl StandardDeviation {
+    /// Of two independent ones together: squares add up, and so do the squares of how far the ends of their intervals are away (Zou and Donner 2008).
+    pub(crate) fn hypot(self, other: Self) -> Self {
+        let value = self.value.hypot(other.value);
+        let away = |end: fn(&Self) -> f64| {
+            let each = [self, other].map(|one| end(&one).powi(2) - one.value.powi(2));
+            each[0].hypot(each[1])
+        };
+        let square = value * value;
+        Self {
+            value,
+            low: (square - away(|one| one.low)).max(0.0).sqrt(),
+            high: (square + away(|one| one.high)).sqrt(),
+        }
+    }
+
+    /// None of it beyond this.
+    pub(crate) fn min(self, most: f64) -> Self {
+        let [value, low, high] = [self.value, self.low, self.high].map(|end| end.min(most));
+        Self { value, low, high }
+    }
+
+    pub(crate) fn of(value: f64, [low, high]: [f64; 2]) -> Self {
+        Self { value, low, high }
+    }
+
+    /// One that is known.
+    pub(crate) fn known(value: f64) -> Self {
+        Self::of(value, [value, value])
+    }
+
+    /// The ends of its interval.
+    pub(crate) fn ninety_five(&self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+
+    /// This many times as much.
+    pub(crate) fn times(self, factor: f64) -> Self {
+        let [value, low, high] = [self.value, self.low, self.high].map(|end| end * factor);
+        Self { value, low, high }
+    }
+}
+
 /// Standard deviations, root mean square over the strikes, in the unit of a column times a length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Components {
-    /// Standard deviation of repeats of one command, with the ends of its 95 % interval.
-    pub(crate) repeats: (f64, f64, f64),
-    /// Standard deviation of a wander over the order, root mean square over all strikes.
-    pub(crate) wander: f64,
-    /// Standard deviation between sessions.
-    pub(crate) sessions: f64,
+    /// Of repeats of one command.
+    pub(crate) repeats: StandardDeviation,
+    /// Of a wander over the order.
+    pub(crate) wander: StandardDeviation,
+    /// Between sessions.
+    pub(crate) sessions: StandardDeviation,
 }
 
 /// How stops vary for no reason that a command could foretell, root mean square in m.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Variation {
     /// Scatter of repeats of one command made one after another.
-    pub(crate) repeats: f64,
-    /// Upper end of the 95 % interval of `repeats`.
-    pub(crate) repeats_at_most: f64,
+    pub(crate) repeats: StandardDeviation,
     /// Motion of stops by a wander over the order of strikes.
-    pub(crate) wander: f64,
+    pub(crate) wander: StandardDeviation,
     /// Difference between sessions.
-    pub(crate) sessions: f64,
+    pub(crate) sessions: StandardDeviation,
 }
 
 impl Variation {
     /// The one of the two under which repeats scatter less.
     pub(crate) fn or_less(self, other: Self) -> Self {
-        match other.repeats < self.repeats {
+        match other.repeats.value < self.repeats.value {
             true => other,
             false => self,
         }
@@ -63,7 +115,10 @@ impl Variation {
 
     /// Total variation of stops, with repeats at the upper end of their interval, in m.
     pub(crate) fn at_most(&self) -> f64 {
-        self.repeats_at_most.hypot(self.wander).hypot(self.sessions)
+        self.repeats
+            .high
+            .hypot(self.wander.value)
+            .hypot(self.sessions.value)
     }
 }
 
@@ -201,6 +256,7 @@ fn of_seen(
         }
         sigma = (left.norm_squared() / freedom).max(1e-12 * whole);
     }
+    let held = sigma;
     let is_wander = |k: usize| f64::from(of[k] == wander);
     let wandered = &z * DVector::from_fn(of.len(), |k, _| is_wander(k) * heights[k]);
     // What lies far out is no smooth part, but repeats do scatter so.
@@ -232,14 +288,139 @@ fn of_seen(
         .sqrt();
     let slide = mean_square(slides).sqrt();
     let half = (1.96 / (2.0 * freedom).sqrt()).exp();
+    let realised = |c: usize, value: f64| {
+        let own = Part::of(c, &of, &gram, &seen, &tau, held);
+        own.map_or_else(StandardDeviation::default, |own| own.realised(&z, value))
+            .times(slide)
+    };
     Components {
-        repeats: (scatter, scatter / half, scatter * half),
-        wander: slide * (tau[wander] * rms(&parts[wander])).sqrt(),
-        sessions: if count > 1 {
-            slide * tau[found + 1].sqrt()
-        } else {
-            0.0
+        repeats: StandardDeviation {
+            value: scatter,
+            low: scatter / half,
+            high: scatter * half,
         },
+        wander: realised(wander, (tau[wander] * rms(&parts[wander])).sqrt()),
+        sessions: match count > 1 {
+            true => realised(found + 1, tau[found + 1].sqrt()),
+            false => StandardDeviation::default(),
+        },
+    }
+}
+
+/// Standard deviations of a part, in units of what is left beside all parts, at which it is tried: each this many times the one before.
+const TRIED: [f64; 2] = [0.02, 50.0];
+const TIMES: f64 = 1.3;
+/// Log-likelihood that a value loses within its 95 % interval.
+const WITHIN: f64 = 1.92;
+/// Draws of what a part may have been, at each.
+const DRAWS: usize = 40;
+
+/// One part, the others integrated out: the information on its heights, and what the values say of them.
+struct Part {
+    columns: Vec<usize>,
+    information: DMatrix<f64>,
+    seen: DVector<f64>,
+    /// Variance that is left beside all parts.
+    sigma: f64,
+}
+
+impl Part {
+    /// The part of this number, beside the others at their variances; none where it has no columns.
+    fn of(
+        number: usize,
+        of: &[usize],
+        gram: &DMatrix<f64>,
+        seen: &DVector<f64>,
+        tau: &[f64],
+        sigma: f64,
+    ) -> Option<Self> {
+        let (own, others): (Vec<usize>, Vec<usize>) = (0..of.len()).partition(|k| of[*k] == number);
+        if own.is_empty() {
+            return None;
+        }
+        let block = |rows: &[usize], columns: &[usize]| {
+            DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+                gram[(rows[i], columns[j])]
+            }) / sigma
+        };
+        let values = |rows: &[usize]| {
+            DVector::from_iterator(rows.len(), rows.iter().map(|k| seen[*k] / sigma))
+        };
+        let mut beside = block(&others, &others);
+        for (i, k) in others.iter().enumerate() {
+            beside[(i, i)] += tau[of[*k]].max(1e-12 * sigma).recip();
+        }
+        let factor = beside.cholesky()?;
+        let across = block(&others, &own);
+        Some(Self {
+            information: block(&own, &own) - across.tr_mul(&factor.solve(&across)),
+            seen: values(&own) - across.tr_mul(&factor.solve(&values(&others))),
+            columns: own,
+            sigma,
+        })
+    }
+
+    /// Root mean square of the part over these strikes, which is said to be `value`, with its 95 % interval: of its posterior under a prior that is flat
+    /// in its standard deviation (Gelman 2006).
+    fn realised(&self, z: &DMatrix<f64>, value: f64) -> StandardDeviation {
+        let own = z.select_columns(&self.columns);
+        let gram = own.tr_mul(&own) / own.nrows() as f64;
+        let (k, unit) = (self.columns.len(), gram.trace().max(f64::MIN_POSITIVE));
+        let mut random = ChaCha8Rng::seed_from_u64(0);
+        let tried = std::iter::successors(Some(TRIED[0]), |sd| Some(sd * TIMES));
+        // Each with the logarithm of its weight.
+        let mut drawn: Vec<(f64, f64)> = Vec::new();
+        let mut likelihoods: Vec<f64> = Vec::new();
+        for sd in tried.take_while(|sd| *sd <= TRIED[1]) {
+            let variance = sd * sd * self.sigma / unit;
+            let mut information = self.information.clone();
+            for i in 0..k {
+                information[(i, i)] += variance.recip();
+            }
+            let Some(factor) = information.cholesky() else {
+                continue;
+            };
+            let mean = factor.solve(&self.seen);
+            let likelihood = 0.5 * mean.dot(&self.seen)
+                - factor.ln_determinant() / 2.0
+                - 0.5 * k as f64 * variance.ln();
+            let weight = sd.ln() + likelihood;
+            likelihoods.push(likelihood);
+            for _ in 0..DRAWS {
+                let normal = DVector::from_fn(k, |_, _| StandardNormal.sample(&mut random));
+                let away = factor.l_dirty().tr_solve_lower_triangular(&normal);
+                let heights = &mean + away.unwrap_or(normal);
+                drawn.push((heights.dot(&(&gram * &heights)).max(0.0).sqrt(), weight));
+            }
+        }
+        let greatest = likelihoods
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max);
+        // The least that is tried is as good as none.
+        let is_excluded = likelihoods
+            .first()
+            .is_some_and(|none| greatest - none > WITHIN);
+        let most = drawn.iter().map(|d| d.1).fold(f64::NEG_INFINITY, f64::max);
+        drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let all: f64 = drawn.iter().map(|d| (d.1 - most).exp()).sum();
+        let quantile = |share: f64| {
+            let mut below = 0.0;
+            let at = drawn.iter().find(|d| {
+                below += (d.1 - most).exp();
+                below >= share * all
+            });
+            at.map_or(value, |d| d.0)
+        };
+        StandardDeviation {
+            value,
+            low: if is_excluded {
+                quantile(0.025).min(value)
+            } else {
+                0.0
+            },
+            high: quantile(0.975).max(value),
+        }
     }
 }
 
@@ -385,14 +566,51 @@ mod tests {
                 &vec![0; n],
                 &commands,
             );
-            repeats.push(found.repeats.0);
-            wander.push(found.wander);
+            repeats.push(found.repeats.value);
+            wander.push(found.wander.value);
         }
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
         // What ten cosines do not hold of the walk, a variance of 0.29, is scatter.
         assert!((1.0..1.27).contains(&mean(&repeats)), "{repeats:?}");
         // Of a walk of 120 steps of 0.5 about its mean: 0.5·√(120/6).
         assert!((1.2..3.0).contains(&mean(&wander)), "{wander:?}");
+    }
+
+    #[test]
+    fn intervals_hold_what_wandered_what_sessions_differed_by_and_what_repeats_scatter_by() {
+        let (mut held, mut all) = ([0; 3], 0);
+        for (steps, apart) in [(0.0, 0.0), (0.1, 0.0), (0.3, 0.0), (0.1, 1.0), (0.0, 2.0)] {
+            for seed in 0..40 {
+                let n = 60 + 20 * (seed as usize % 4);
+                let mut random = ChaCha8Rng::seed_from_u64(seed);
+                let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+                let mut at = 0.0;
+                let wander = DVector::from_fn(n, |_, _| {
+                    at += steps * normal();
+                    at
+                });
+                let level = [0; 3].map(|_| apart * normal());
+                let sessions: Vec<usize> = (0..n).map(|i| 3 * i / n).collect();
+                let between = DVector::from_fn(n, |i, _| level[sessions[i]]);
+                let speed = DVector::from_fn(n, |_, _| normal());
+                let scatter = DVector::from_fn(n, |_, _| normal());
+                let values = &wander + &between + scatter + speed.map(f64::sin) * 2.0;
+                let commands: Vec<usize> = (0..n).collect();
+                let column = exact(values, DVector::repeat(n, 1.0));
+                let found = components(&column, &[speed], &[], &sessions, &commands);
+                let about_mean =
+                    |of: &DVector<f64>| of.add_scalar(-of.mean()).norm() / (n as f64).sqrt();
+                let truth = [about_mean(&wander), about_mean(&between), 1.0];
+                let told = [found.wander, found.sessions, found.repeats];
+                for ((held, truth), told) in held.iter_mut().zip(truth).zip(told) {
+                    *held += usize::from(told.low <= truth + 1e-9 && truth <= told.high);
+                }
+                all += 1;
+            }
+        }
+        // None of it is held by an interval that begins near to none.
+        let shares = held.map(|held| held as f64 / all as f64);
+        assert!(shares.iter().all(|share| *share > 0.9), "{shares:?}");
     }
 
     #[test]
@@ -410,8 +628,9 @@ mod tests {
             &[0; 100],
             &commands,
         );
-        assert!((0.8..1.2).contains(&found.repeats.0), "{found:?}");
-        assert!(found.repeats.1 < 1.0 && 1.0 < found.repeats.2, "{found:?}");
+        let repeats = found.repeats;
+        assert!((0.8..1.2).contains(&repeats.value), "{found:?}");
+        assert!(repeats.low < 1.0 && 1.0 < repeats.high, "{found:?}");
     }
 
     #[test]
@@ -435,7 +654,7 @@ mod tests {
                 &vec![0; n],
                 &commands,
             );
-            ratios.push(found.repeats.0);
+            ratios.push(found.repeats.value);
         }
         // Of a walk's 40 steps of 0.7, repeats would scatter by 3.
         let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
@@ -457,9 +676,9 @@ mod tests {
         let commands: Vec<usize> = (0..n).collect();
         let mut measured = exact(values, DVector::repeat(n, 1.0));
         let of = |measured: &Measured| components(measured, &[], &[], &vec![0; n], &commands);
-        let (whole, _, _) = of(&measured).repeats;
+        let whole = of(&measured).repeats.value;
         (measured.errors[7], measured.raw[7], measured.clipped[7]) = (20.0, -12.0, -4.0);
-        let (without, _, _) = of(&measured).repeats;
+        let without = of(&measured).repeats.value;
         assert!((without / whole - 1.0).abs() < 0.05, "{without} of {whole}");
     }
 
@@ -487,7 +706,7 @@ mod tests {
                         &vec![0; n],
                         &commands,
                     );
-                    sum += (found.repeats.0 / moved).ln() / 30.0;
+                    sum += (found.repeats.value / moved).ln() / 30.0;
                 }
                 ratios.push(sum);
             }

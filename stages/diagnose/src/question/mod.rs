@@ -20,7 +20,7 @@ mod table;
 mod wander;
 mod ways;
 
-pub(crate) use components::{Components, Variation};
+pub(crate) use components::{Components, StandardDeviation, Variation};
 pub(crate) use families::{PERMUTED, REAL};
 pub use order::Form;
 pub(crate) use table::Before;
@@ -241,8 +241,9 @@ pub(crate) fn variation(
     let variation = Asking::new(prepared, fitted, &before, 0).variation(&answer.by_order);
     match answer.floor > 0.0 {
         true => Variation {
-            repeats: answer.floor,
-            repeats_at_most: answer.floor * (variation.repeats_at_most / variation.repeats),
+            repeats: variation
+                .repeats
+                .times(answer.floor / variation.repeats.value),
             ..variation
         },
         false => variation,
@@ -367,14 +368,13 @@ impl Asking {
             self.components(column, &functions.collect::<Vec<_>>(), !found.is_empty())
         };
         let (stop, heading) = (of(Column::Stop), of(Column::Heading));
-        let of = |part: fn(&Components) -> f64| part(&stop).hypot(part(&heading));
+        let of = |part: fn(&Components) -> StandardDeviation| part(&stop).hypot(part(&heading));
         // A start and a stop are seen, each in two coordinates.
-        let seen = 2.0 * self.resting;
+        let seen = StandardDeviation::known(2.0 * self.resting);
         // Few sessions leave their standard deviation open: nothing varies by more than all stops do.
         let total = self.total();
         Variation {
-            repeats: of(|c| c.repeats.0).hypot(seen),
-            repeats_at_most: of(|c| c.repeats.2).hypot(seen),
+            repeats: of(|c| c.repeats).hypot(seen),
             wander: of(|c| c.wander).min(total),
             sessions: of(|c| c.sessions).min(total),
         }
@@ -438,7 +438,7 @@ impl Asking {
             |found: &&Finding| found.covariate == GROUP || found.is_unsmooth && !are_repeated;
         let unseen = findings.iter().filter(is_unseen).map(|found| found.size);
         let unseen = unseen.fold(0.0, f64::max);
-        let repeats = self.variation(&by_order).repeats;
+        let repeats = self.variation(&by_order).repeats.value;
         let floor = floor_beside(repeats, unseen);
         let most = (total * total - floor * floor).max(0.0).sqrt();
         findings.retain_mut(|finding| {

@@ -36,7 +36,7 @@ pub(crate) fn without<'a>(
     Ok(selection)
 }
 
-/// The selection without its first effect of friction or launch speed by strike order beside whose absence nothing is left that `is_no_wander`. Friction may
+/// The selection without its first effect of friction or launch speed by strike order for which what is left without it `is_wander`. Friction may
 /// then wander up to [`GREATEST`]: an effect is sought beside a narrowly bounded walk, because an unbounded one explains any drift. Launch speeds that change
 /// while friction does are no wander of their own. `None` where there is no such effect.
 pub(crate) fn with_wander<'a>(
@@ -102,7 +102,9 @@ pub(crate) fn least_that_moves_little(
     if named.is_empty() {
         return Ok(None);
     }
-    let floor = question::variation(prepared, fitted, &Answer::default()).repeats;
+    let floor = question::variation(prepared, fitted, &Answer::default())
+        .repeats
+        .value;
     let with = prepared.ends(&fitted.model)?;
     let mut least: Option<(usize, f64)> = None;
     for place in named {
