@@ -282,8 +282,12 @@ impl Case<'_, '_> {
             return Ok(unnamed(Verdict::Unexplained, cause, None));
         }
         let fitted_world = || fitted_world(&self.input.world, fitted, prepared.noise);
-        if !is_gap && self.asked.runs_with_order && !self.selection.effects.is_empty() {
-            let note = notes::not_named(&self.names(), WhyNot::RunsWithOrder);
+        // A table that wanders looks like one that differs by place or direction there; an arm does not.
+        let names = self.names();
+        let is_of_table = |name: &&str| effect(name).is_ok_and(|spec| spec.origin == Origin::Table);
+        let are_of_table = !names.is_empty() && names.iter().all(is_of_table);
+        if !is_gap && self.asked.runs_with_order && are_of_table {
+            let note = notes::not_named(&names, WhyNot::RunsWithOrder);
             let cause = (unexplained == Verdict::Unexplained).then_some(Cause::RunsWithOrder);
             return Ok(unnamed(unexplained, cause, Some(note)));
         }
