@@ -290,7 +290,9 @@ fn of_seen(
     let half = (1.96 / (2.0 * freedom).sqrt()).exp();
     let realised = |c: usize, value: f64| {
         let own = Part::of(c, &of, &gram, &seen, &tau, held);
-        own.map_or_else(StandardDeviation::default, |own| own.realised(&z, value))
+        // What cannot be computed is not known.
+        let unknown = StandardDeviation::of(value, [0.0, f64::INFINITY]);
+        own.map_or(unknown, |own| own.realised(&z, value))
             .times(slide)
     };
     Components {

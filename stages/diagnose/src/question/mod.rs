@@ -38,7 +38,7 @@ use self::order::InOrder;
 use self::place::{Pushes, Weighed, weighed};
 use self::projection::{Basis, explained};
 use self::table::{COLUMNS, Cell, Covariates, Row, Wave, column as column_of, table};
-use self::wander::Wander;
+use self::wander::{Wander, WanderBeside};
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
 /// Ratio to the scatter of repeats below which motion of stops is no gap: it adds less than 5 % to a stop's error.
@@ -527,15 +527,19 @@ impl Asking {
             .collect()
     }
 
+    /// Wanders of a column beside its sessions and what is smooth over commands.
+    fn beside_commands(&self, column: &Weighed) -> WanderBeside<'_> {
+        let beside = self.sessions().into_iter().chain(self.covariates.smooth());
+        let beside: Vec<DVector<f64>> = beside.map(|c| c.component_mul(&column.weights)).collect();
+        self.wander.beside(&beside)
+    }
+
     /// Variance ratio of the largest wander of a column that the strikes do not exclude.
     fn wander_of(&self, of: Column, column: &Weighed) -> f64 {
         match of {
             Column::Fade | Column::Curve => 0.0,
             Column::Launch | Column::Heading | Column::Friction | Column::Stop => {
-                let beside = self.sessions().into_iter().chain(self.covariates.smooth());
-                let beside: Vec<DVector<f64>> =
-                    beside.map(|c| c.component_mul(&column.weights)).collect();
-                self.wander.beside(&beside).greatest(&column.values)
+                self.beside_commands(column).greatest(&column.values)
             }
         }
     }
@@ -815,9 +819,7 @@ impl Asking {
         };
         let heading = self.weighed(Column::Heading, false);
         // A walk as great as the strikes do not exclude would leave the first of them alone to show a level.
-        let ones = self.sessions().into_iter().chain(self.covariates.smooth());
-        let ones: Vec<_> = ones.map(|c| c.component_mul(&heading.weights)).collect();
-        let (ratio, _) = self.wander.beside(&ones).likeliest(&heading.values);
+        let (ratio, _) = self.beside_commands(&heading).likeliest(&heading.values);
         let level_of_one = self.wander.whitened(ratio, &heading.weights);
         let level_of_one =
             &level_of_one / (level_of_one.norm() / (level_of_one.len() as f64).sqrt()).max(1e-300);
