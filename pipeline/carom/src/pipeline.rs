@@ -168,21 +168,25 @@ fn judges(strikes: &[Strike]) -> Vec<HeldOut> {
     latest(held_out.map(HeldOut::from).collect())
 }
 
-/// Identification is given the strikes that it looks at and no others: new ones then leave its answer, and with it every
-/// solution, as they were.
+/// Identification is given the strikes that it looks at, and no more than the numbers of others: new ones then leave its answer, and with it every
+/// solution, as they were, unless friction wanders.
 fn identify(run: &Run, rig: &Rig, strikes: &[Strike], slides: &[Strike]) -> Result<Fit, Error> {
     let sysid = Sysid::default();
-    let learnt_from = |strike: &&Strike| strike.split == Split::Train && strike.track.len() >= 4;
+    let (mut used, mut later) = (Vec::new(), Vec::new());
+    for (i, strike) in strikes.iter().enumerate() {
+        let teaches = strike.split == Split::Train && strike.track.len() >= 4;
+        if teaches && used.len() < sysid.most_strikes {
+            used.push(strike);
+        } else if i < learning(strikes).len() {
+            later.push(strike.conditions.order);
+        }
+    }
+    let slides = slides.iter().take(sysid.most_strikes);
     let input = sysid::Input {
         rig: rig.clone(),
         world: World::nominal(),
-        strikes: strikes
-            .iter()
-            .filter(learnt_from)
-            .take(sysid.most_strikes)
-            .chain(slides.iter().take(sysid.most_strikes))
-            .cloned()
-            .collect(),
+        strikes: used.into_iter().chain(slides).cloned().collect(),
+        later,
     };
     run.stage(&sysid, &input).map_err(|error| match error {
         RunError::Stage(error @ sysid::SysidError::TooFewStrikes { .. }) => Error::input(error),

@@ -146,6 +146,7 @@ fn main() {
                     rig: rig.clone(),
                     world: World::nominal(),
                     strikes: strikes.clone(),
+                    later: Vec::new(),
                 };
                 let world = match sysid::Sysid::default().run(&identify, &Progress::hidden()) {
                     Ok(fit) => {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use stage::{Progress, Stage};
-use values::{Point, Shape, Strike};
+use values::{Point, Sentence, Shape, Strike};
 use world::{World, effects::Naming};
 
 use crate::{
@@ -30,12 +30,12 @@ use crate::{
     },
     sessions::is_by_session,
     strikes::PreparedStrikes,
-    words::{Cause, Note, Summary, WhyNot},
+    words::{Cause, Note, Strays, Summary, WhyNot},
 };
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 70;
+    const VERSION: u32 = 71;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -54,9 +54,20 @@ impl Stage for Diagnose {
         let diagnosis = &mut found.diagnosis;
         let gap = &diagnosis.gap;
         let missed = missed_by_far(gap, &found.residuals);
+        let error: fn(&StopResidual) -> [f64; 2] = match diagnosis.verdict {
+            Verdict::Named => |residual| residual.after,
+            _ => |residual| residual.before,
+        };
+        let strays = Strays::of(&input.strikes, &found.residuals, error);
+        let known = diagnosis.cause.as_ref().and_then(Sentence::finding);
         let cause = match diagnosis.verdict {
             Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
                 Some(Cause::WorldOfOtherStrikes)
+            }
+            Verdict::Consistent | Verdict::Unexplained
+                if strays.are_a_part() && strays.are_beside(known) =>
+            {
+                Some(Cause::PartStrays(strays.clone()))
             }
             Verdict::Consistent if is_part(missed, gap.heldout_strikes) => {
                 let of = gap.heldout_strikes;
@@ -71,11 +82,10 @@ impl Stage for Diagnose {
             diagnosis.verdict = Verdict::Unexplained;
             diagnosis.summary = Summary::Unexplained(Some(cause.clone())).into();
             diagnosis.cause = Some(cause.into());
-        } else if diagnosis.verdict == Verdict::Consistent && missed >= FEW {
-            let of = diagnosis.gap.heldout_strikes;
+        } else if diagnosis.verdict != Verdict::Unexplained && strays.are_beyond_tails() {
             let summary = Box::new(diagnosis.summary.clone());
-            diagnosis.summary =
-                Summary::Beside(summary, vec![Note::SomeMissed { missed, of }]).into();
+            let note = Note::Strays(strays);
+            diagnosis.summary = Summary::Beside(summary, vec![note]).into();
         }
         Ok(found)
     }

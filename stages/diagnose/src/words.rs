@@ -131,8 +131,23 @@ pub enum Cause {
         missed: usize,
         of: usize,
     },
+    #[display("{_0}")]
+    PartStrays(Strays),
     #[display("the arm errs as no candidate does: {_0}; beside that there is no gap")]
     Arm(Sentence<Dependence>),
+}
+
+/// Strikes that stop far from where the others do; those scatter by `others` (m).
+#[derive(Clone, Debug, Display, Serialize, Deserialize)]
+#[display(
+    "{count} of {of} strikes stop more than five times as far off as the others scatter ({:.1} mm), and nothing that was logged tells which: open them in \
+     the report, and look whether the tip grazed or struck twice, a command was another's, or somebody touched the object",
+    1e3 * others
+)]
+pub struct Strays {
+    pub count: usize,
+    pub of: usize,
+    pub others: f64,
 }
 
 /// What launches, friction or pushes depend on.
@@ -290,14 +305,8 @@ pub enum Note {
         friction: [f64; 3],
         restitution: [f64; 3],
     },
-    #[display(
-        "{missed} of {of} strikes that took no part are missed by more than three times what strikes scatter by, which is no scatter: open \
-         them in the report, and look whether the tip grazed, or struck twice"
-    )]
-    SomeMissed {
-        missed: usize,
-        of: usize,
-    },
+    #[display("{_0}")]
+    Strays(Strays),
     /// Tracks do not show how the object is braked on its way.
     #[display(
         "tracks of this box differ from any slide of this world by far more than the camera's noise, as where a box tips or turns: effects are \

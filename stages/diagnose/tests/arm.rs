@@ -21,6 +21,7 @@ fn diagnosis(hidden: &str, log_state: bool) -> Diagnosed {
         rig: rig.clone(),
         world: World::nominal(),
         strikes: strikes.clone(),
+        later: Vec::new(),
     };
     let fit = sysid::Sysid::default()
         .run(&identify, &Progress::hidden())

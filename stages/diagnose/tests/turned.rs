@@ -30,6 +30,7 @@ fn found(rig: &Rig, strikes: Vec<Strike>) -> (Scatter, Diagnosed) {
         rig: rig.clone(),
         world: World::nominal(),
         strikes: strikes.clone(),
+        later: Vec::new(),
     };
     let fit = sysid::Sysid::default()
         .run(&identify, &Progress::hidden())

@@ -61,6 +61,8 @@ pub struct Input {
     pub world: World,
     /// Strikes in order of time; those of [`Split::Train`] are used.
     pub strikes: Vec<Strike>,
+    /// Numbers, in the order, of further strikes of this table: where friction wanders, its interval is of their mean, too.
+    pub later: Vec<f64>,
 }
 
 /// What was identified.
@@ -89,7 +91,7 @@ pub struct Fit {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 28;
+    const VERSION: u32 = 29;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -275,12 +277,14 @@ impl Stage for Sysid {
             .zip(&fitted.guesses)
             .map(|(strike, guess)| (strike.conditions.order, guess[scatter::FRICTION]))
             .collect();
-        let all: Vec<f64> = struck.iter().map(|s| s.conditions.order).collect();
+        let all = struck.iter().map(|strike| strike.conditions.order);
+        let all: Vec<f64> = all.chain(input.later.iter().copied()).collect();
         let shared = match input.rig.object.shape() {
             Shape::Sphere => interval::shared(&fitted, &strikes),
             Shape::Cylinder | Shape::Box => None,
         };
-        let unseen = wander::unseen(&used, &all);
+        let scatter = fitted.components.nuisance[scatter::FRICTION];
+        let unseen = wander::unseen(&used, scatter, &all);
         let mut world = interval::with_intervals(&fitted, unseen, shared.as_ref())?;
         if delivered.is_some() {
             // Its scatter is the impact's; the arm's comes on top.

@@ -88,6 +88,7 @@ fn identify(rig: &Rig, start: World, strikes: Vec<Strike>, free: &[&str]) -> Fit
             rig: rig.clone(),
             world: start,
             strikes,
+            later: Vec::new(),
         },
         &Progress::hidden(),
     )
@@ -326,6 +327,7 @@ fn too_few_strikes_are_told() {
         rig: rig.clone(),
         world: World::nominal(),
         strikes: strikes(&rig, &truth(), 3, &CLEAN, 1),
+        later: Vec::new(),
     };
     let error = Sysid::default()
         .run(&input, &Progress::hidden())

@@ -42,6 +42,7 @@ fn note(rig: &Rig, strikes: &[Strike]) -> Option<String> {
         rig: rig.clone(),
         world: World::nominal(),
         strikes: strikes.to_vec(),
+        later: Vec::new(),
     };
     let sysid = Sysid {
         most_strikes: strikes.len(),

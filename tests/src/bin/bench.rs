@@ -108,6 +108,7 @@ fn prepare(dir: &Path, rig: &Rig, logs: &[PathBuf]) -> anyhow::Result<Value> {
         rig: rig.clone(),
         world: World::nominal(),
         strikes,
+        later: Vec::new(),
     };
     let world = Sysid::default().run(&given, &Progress::hidden())?.world;
     let strikes = given.strikes;
@@ -239,6 +240,7 @@ fn sysid(input: Input, strikes: usize, free: &[String]) -> anyhow::Result<Value>
         world: World::nominal(),
         rig,
         strikes: input.strikes,
+        later: Vec::new(),
     };
     let begun = Instant::now();
     let fit = sysid.run(&given, &Progress::hidden())?;

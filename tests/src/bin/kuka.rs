@@ -44,6 +44,7 @@ fn main() -> anyhow::Result<()> {
             rig: rig.clone(),
             world: World::nominal(),
             strikes: strikes.clone(),
+            later: Vec::new(),
         },
         &Progress::hidden(),
     )?;

@@ -88,6 +88,7 @@ pub(super) fn identified(
         rig: rig.clone(),
         world,
         strikes: strikes.to_vec(),
+        later: Vec::new(),
     };
     let fit = sysid::Sysid::default()
         .run(&input, &Progress::hidden())

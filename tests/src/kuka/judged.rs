@@ -57,6 +57,7 @@ pub fn judge(rig: &Rig, strikes: &[Strike], fold: &Fold) -> anyhow::Result<Judge
             rig: rig.clone(),
             world: World::nominal(),
             strikes: known.clone(),
+            later: Vec::new(),
         },
         &progress,
     )?;

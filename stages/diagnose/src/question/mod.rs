@@ -431,11 +431,10 @@ impl Asking {
         for finding in &mut findings {
             finding.size = finding.size.min(total);
         }
-        // What strikes share that no smooth function of commands holds, repeats do not scatter by; only repeats themselves show it apart. Two
-        // groups are a cause, not scatter.
+        // What strikes share that no smooth function of commands holds, repeats do not scatter by; only repeats themselves show it apart. By
+        // groups that nothing tells apart they do.
         let are_repeated = are_repeated(&self.commands);
-        let is_unseen =
-            |found: &&Finding| found.covariate == GROUP || found.is_unsmooth && !are_repeated;
+        let is_unseen = |found: &&Finding| found.is_unsmooth && !are_repeated;
         let unseen = findings.iter().filter(is_unseen).map(|found| found.size);
         let unseen = unseen.fold(0.0, f64::max);
         let repeats = self.variation(&by_order).repeats.value;
@@ -794,7 +793,7 @@ impl Asking {
                 covariate: GROUP,
                 p_value: (FAMILIES * NEEDS.len() as f64 * p_value).min(1.0),
                 size: groups.apart(&values) / unit * self.moves(what),
-                is_unsmooth: true,
+                is_unsmooth: false,
                 form: None,
             })
         };
