@@ -35,7 +35,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 71;
+    const VERSION: u32 = 72;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

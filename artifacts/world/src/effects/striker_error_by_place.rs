@@ -20,8 +20,8 @@ const STATED: f64 = 0.005;
 const STATED_BIAS: f64 = 0.002;
 
 /// The most for each metre and square metre: an arm at the end of its reach loses a tenth of its speed within some centimetres.
-const SLOPE: f64 = 10.0;
-const BEND: f64 = 200.0;
+const SLOPE: f64 = 3.0;
+const BEND: f64 = 100.0;
 
 const fn value(name: &'static str, unit: &'static str, most: f64, scale: f64) -> EffectParameter {
     EffectParameter::new(name, unit, [-most, most], scale)
