@@ -16,6 +16,7 @@ mod sentence;
 mod slide;
 mod split;
 mod stop_errors;
+mod strays;
 mod strike;
 
 pub use delivery::{ArmScatter, arm_scatter, calibrated, delivered_strikes};
@@ -32,4 +33,5 @@ pub use sentence::Sentence;
 pub use slide::free_slides;
 pub use split::{Split, halvings, split_of};
 pub use stop_errors::StopErrors;
+pub use strays::Strays;
 pub use strike::{Command, Conditions, Delivered, End, Reject, RejectReason, Strike, Track, Yaw};

@@ -1,5 +1,7 @@
 //! From evidence to a verdict, a world and its gap.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use values::{Point, Sentence, Strike};
 use world::{
     World,
@@ -405,11 +407,14 @@ impl Case<'_, '_> {
         let is_judged = all_rest && !(self.is_astray || self.is_delivered);
         let great = if is_judged { GREAT } else { f64::INFINITY };
         let is_much_left = stops > great * accounted;
+        // What tells two groups apart takes most of what they differ by.
+        let groups = self.asked.groups_above_all();
+        let groups = groups.filter(|found| stops > FRAC_1_SQRT_2 * found.size);
         let certainty = floor.repeats.high / floor.repeats.value.max(f64::MIN_POSITIVE);
-        let finding = match is_much_left {
+        let finding = groups.or_else(|| match is_much_left {
             true => self.remaining.findings.first(),
             false => self.remaining.great_beside(&self.asked, great * certainty),
-        };
+        });
         if is_much_left || finding.is_some() {
             let note = notes::not_named(&self.names(), WhyNot::MuchIsLeft);
             return Ok(unnamed(

@@ -40,7 +40,6 @@ mod search;
 mod sessions;
 mod settings;
 mod smooth;
-mod strays;
 mod strikes;
 mod thresholds;
 mod usable;
@@ -55,4 +54,4 @@ pub use diagnosis::{
 pub use error::DiagnoseError;
 pub use settings::{Diagnose, Input};
 pub use thresholds::Thresholds;
-pub use words::{Cause, Dependence, NoiseKind, Note, Purpose, Strays, Summary, WhyNot};
+pub use words::{Cause, Dependence, NoiseKind, Note, Purpose, StrayStrikes, Summary, WhyNot};

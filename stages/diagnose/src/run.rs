@@ -1,9 +1,9 @@
 //! The steps of a diagnosis, in their order.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use stage::{Progress, Stage};
-use values::{Point, Sentence, Shape, Strike};
+use values::{Point, Sentence, Shape, Strays, Strike};
 use world::{World, effects::Naming};
 
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
     candidates::{Candidate, candidates, is_never_named, is_of_whole_strikes},
     conclude::Case,
     constancy,
-    diagnosis::{Gap, StopResidual, Verdict},
+    diagnosis::{Diagnosis, Gap, StopResidual, Verdict},
     evidence::{self, Alarm, Statistic, replicates},
     facing::{gain_of_facing, is_rather_facing},
     fit::Goal,
@@ -30,7 +30,7 @@ use crate::{
     },
     sessions::is_by_session,
     strikes::PreparedStrikes,
-    words::{Cause, Note, Strays, Summary, WhyNot},
+    words::{Cause, Dependence, Note, Summary, WhyNot},
 };
 
 impl Stage for Diagnose {
@@ -44,30 +44,36 @@ impl Stage for Diagnose {
         if input.rig.object.shape() == Shape::Sphere {
             return Err(DiagnoseError::Rolls);
         }
-        let mut found = match Arm::of(input)? {
-            Some(arm) => {
-                let found = self.diagnose(&arm.input, Some(&arm), progress)?;
-                arm.complete(found, input)?
-            }
-            None => self.diagnose(input, None, progress)?,
+        let mut found = self.as_delivered(input, progress)?;
+        let strays = strays(&input.strikes, &found);
+        let are_told = strays.are_beyond_tails();
+        // What stands by itself does not stand on them.
+        let mut astray = Vec::new();
+        let is_explained = |diagnosis: &Diagnosis| {
+            let known = diagnosis.cause.as_ref().and_then(Sentence::finding);
+            diagnosis.verdict == Verdict::Unexplained && !are_beside(&strays, known)
         };
+        if are_told && !is_explained(&found.diagnosis) {
+            let (others, of_strays) = others(input, &found.residuals, &strays);
+            match self.as_delivered(&others, progress) {
+                Ok(again) => {
+                    found = again;
+                    astray = of_strays;
+                }
+                Err(DiagnoseError::TooFewStrikes { .. } | DiagnoseError::NoFit { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
         let diagnosis = &mut found.diagnosis;
         let gap = &diagnosis.gap;
+        let is_explained = is_explained(diagnosis);
         let missed = missed_by_far(gap, &found.residuals);
-        let error: fn(&StopResidual) -> [f64; 2] = match diagnosis.verdict {
-            Verdict::Named => |residual| residual.after,
-            _ => |residual| residual.before,
-        };
-        let strays = Strays::of(&input.strikes, &found.residuals, error);
-        let known = diagnosis.cause.as_ref().and_then(Sentence::finding);
         let cause = match diagnosis.verdict {
             Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
                 Some(Cause::WorldOfOtherStrikes)
             }
-            Verdict::Consistent | Verdict::Unexplained
-                if strays.are_a_part() && strays.are_beside(known) =>
-            {
-                Some(Cause::PartStrays(strays.clone()))
+            Verdict::Consistent | Verdict::Unexplained if strays.are_a_part() && !is_explained => {
+                Some(Cause::PartStrays((&strays).into()))
             }
             Verdict::Consistent if is_part(missed, gap.heldout_strikes) => {
                 let of = gap.heldout_strikes;
@@ -78,16 +84,69 @@ impl Stage for Diagnose {
             }
             _ => None,
         };
+        let is_said = matches!(cause, Some(Cause::PartStrays(_)));
         if let Some(cause) = cause {
             diagnosis.verdict = Verdict::Unexplained;
             diagnosis.summary = Summary::Unexplained(Some(cause.clone())).into();
             diagnosis.cause = Some(cause.into());
-        } else if diagnosis.verdict != Verdict::Unexplained && strays.are_beyond_tails() {
+        }
+        if are_told && !is_said && diagnosis.verdict != Verdict::Unexplained {
             let summary = Box::new(diagnosis.summary.clone());
-            let note = Note::Strays(strays);
+            let note = Note::Strays((&strays).into());
             diagnosis.summary = Summary::Beside(summary, vec![note]).into();
         }
+        found.residuals.extend(astray);
         Ok(found)
+    }
+}
+
+/// Strikes that stop far from where the others do, with what is named; without it where it explains less than half of those.
+fn strays(strikes: &[Strike], found: &Diagnosed) -> Strays {
+    let ways: BTreeMap<&str, f64> = strikes
+        .iter()
+        .map(|strike| (strike.id.as_str(), strike.path().norm()))
+        .collect();
+    let ways = found
+        .residuals
+        .iter()
+        .map(|residual| ways[residual.strike_id.as_str()]);
+    let ways: Vec<f64> = ways.collect();
+    let of = |error: fn(&StopResidual) -> [f64; 2]| {
+        let errors = found.residuals.iter().map(error);
+        Strays::of(&errors.collect::<Vec<_>>(), &ways)
+    };
+    let (before, after) = (of(|residual| residual.before), of(|r| r.after));
+    match before.count() < 2 * after.count() {
+        true => before,
+        false => after,
+    }
+}
+
+/// The strikes that do not stray, and the residuals of those that do.
+fn others(
+    input: &Input,
+    residuals: &[StopResidual],
+    strays: &Strays,
+) -> (Input, Vec<StopResidual>) {
+    let astray = residuals.iter().zip(&strays.which);
+    let astray = astray.filter(|(_, is_stray)| **is_stray);
+    let astray: Vec<StopResidual> = astray.map(|(residual, _)| residual.clone()).collect();
+    let ids: BTreeSet<&str> = astray.iter().map(|r| r.strike_id.as_str()).collect();
+    let is_other = |strike: &&Strike| !ids.contains(strike.id.as_str());
+    let others = Input {
+        rig: input.rig.clone(),
+        world: input.world.clone(),
+        strikes: input.strikes.iter().filter(is_other).cloned().collect(),
+    };
+    (others, astray)
+}
+
+/// Whether a dependence on what was logged moves stops by less than the strikes that do not stray scatter by, so that it is not what these stray by.
+fn are_beside(strays: &Strays, cause: Option<&Cause>) -> bool {
+    match cause {
+        None => true,
+        Some(Cause::Dependence(Dependence::OfStrikes { size, .. })) => *size < strays.others,
+        Some(_) => false,
     }
 }
 
@@ -144,6 +203,17 @@ fn scatter(gap: &Gap) -> f64 {
 }
 
 impl Diagnose {
+    /// The diagnosis of strikes as the arm delivered them, where its state is logged.
+    fn as_delivered(&self, input: &Input, progress: &Progress) -> Result<Diagnosed, DiagnoseError> {
+        match Arm::of(input)? {
+            Some(arm) => {
+                let found = self.diagnose(&arm.input, Some(&arm), progress)?;
+                arm.complete(found, input)
+            }
+            None => self.diagnose(input, None, progress),
+        }
+    }
+
     /// The diagnosis of strikes as they were commanded, or as they were delivered, which no effect of the arm explains.
     fn diagnose(
         &self,

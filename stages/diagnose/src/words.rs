@@ -6,7 +6,7 @@ use std::fmt::{self, Display, Formatter};
 
 use derive_more::Display;
 use serde::{Deserialize, Serialize};
-use values::Sentence;
+use values::{Sentence, Strays};
 use world::effects::AddedEffect;
 
 use crate::{
@@ -132,7 +132,7 @@ pub enum Cause {
         of: usize,
     },
     #[display("{_0}")]
-    PartStrays(Strays),
+    PartStrays(StrayStrikes),
     #[display("the arm errs as no candidate does: {_0}; beside that there is no gap")]
     Arm(Sentence<Dependence>),
 }
@@ -144,10 +144,20 @@ pub enum Cause {
      the report, and look whether the tip grazed or struck twice, a command was another's, or somebody touched the object",
     1e3 * others
 )]
-pub struct Strays {
+pub struct StrayStrikes {
     pub count: usize,
     pub of: usize,
     pub others: f64,
+}
+
+impl From<&Strays> for StrayStrikes {
+    fn from(strays: &Strays) -> Self {
+        Self {
+            count: strays.count(),
+            of: strays.which.len(),
+            others: strays.others,
+        }
+    }
 }
 
 /// What launches, friction or pushes depend on.
@@ -306,7 +316,7 @@ pub enum Note {
         restitution: [f64; 3],
     },
     #[display("{_0}")]
-    Strays(Strays),
+    Strays(StrayStrikes),
     /// Tracks do not show how the object is braked on its way.
     #[display(
         "tracks of this box differ from any slide of this world by far more than the camera's noise, as where a box tips or turns: effects are \

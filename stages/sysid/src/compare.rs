@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use values::{Command, Point, Rig, Shape, Strike};
+use values::{Command, Point, Rig, Shape, Strays, Strike};
 use world::{
     Shift, Simulated, Simulator, World, WorldError,
     launch::{self, launches},
@@ -321,6 +321,21 @@ impl Batch {
             count += residual.len();
         }
         (sum / count.max(1) as f64).sqrt()
+    }
+
+    /// The first strikes, of which those whose tracks end far from where the others' do.
+    pub(crate) fn strays(&self, strikes: &[&Strike]) -> Strays {
+        let of = |(i, strike): (usize, &&Strike)| {
+            let residual = self.residual(i, strike);
+            let last = strike.track.len() - 1;
+            let way = strike.track.point(last) - strike.initial;
+            let ahead = way * way.norm().max(1e-9).recip();
+            let off = Point::new(residual[last], residual[2 * last + 1]);
+            let across = off.y * ahead.x - off.x * ahead.y;
+            ([off.dot(ahead), across], way.norm())
+        };
+        let (errors, ways): (Vec<_>, Vec<_>) = strikes.iter().enumerate().map(of).unzip();
+        Strays::of(&errors, &ways)
     }
 }
 

@@ -26,12 +26,14 @@ mod wanted;
 pub use error::SysidError;
 pub use notes::{Note, Scattering};
 
+use std::collections::BTreeSet;
+
 use compare::{Launch, StrikeSimulator};
 use identify::Identifiability;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
-use values::{Rig, Sentence, Shape, Solid, Split, Strike, arm_scatter, delivered_strikes};
-use world::{World, WorldError, parameter};
+use values::{Rig, Sentence, Shape, Solid, Split, Strays, Strike, arm_scatter, delivered_strikes};
+use world::{World, parameter};
 
 /// How to identify.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -97,6 +99,40 @@ impl Stage for Sysid {
     type Error = SysidError;
 
     fn run(&self, input: &Input, progress: &Progress) -> Result<Fit, SysidError> {
+        let (fit, strays, used) = self.identify(input, progress)?;
+        if !strays.are_beyond_tails() || strays.are_a_part() {
+            return Ok(fit);
+        }
+        // A world is of the many: what a few do for no reason that was logged would move it.
+        let (count, of) = (strays.count(), used.len());
+        let astray = used.iter().zip(&strays.which);
+        let astray = astray.filter(|(_, is_stray)| **is_stray).map(|(id, _)| id);
+        let astray: BTreeSet<&String> = astray.collect();
+        let is_other = |strike: &&Strike| !astray.contains(&strike.id);
+        let others = Input {
+            rig: input.rig.clone(),
+            world: input.world.clone(),
+            strikes: input.strikes.iter().filter(is_other).cloned().collect(),
+            later: input.later.clone(),
+        };
+        match self.identify(&others, progress) {
+            Ok((mut fit, _, _)) => {
+                fit.warnings.push(Note::Strays { count, of }.into());
+                Ok(fit)
+            }
+            Err(SysidError::TooFewStrikes { .. }) => Ok(fit),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+impl Sysid {
+    /// The world of these strikes, those of them whose tracks end far from where the others' do, and the ids of all that were used.
+    fn identify(
+        &self,
+        input: &Input,
+        progress: &Progress,
+    ) -> Result<(Fit, Strays, Vec<String>), SysidError> {
         let (pushes, struck): (Vec<Strike>, Vec<Strike>) = input
             .strikes
             .iter()
@@ -271,7 +307,7 @@ impl Stage for Sysid {
             &launched
         };
         let mujoco = StrikeSimulator::mujoco(&input.rig, told);
-        let rms = |world| Ok::<_, WorldError>(mujoco.simulate(world, Launch::EXACT)?.rms(told));
+        let simulated = |world| mujoco.simulate(world, Launch::EXACT);
         let used: Vec<(f64, f64)> = launched
             .iter()
             .zip(&fitted.guesses)
@@ -313,9 +349,11 @@ impl Stage for Sysid {
                 strikes: launched.len(),
             });
         }
-        Ok(Fit {
-            rms_before: rms(&input.world)?,
-            rms_after: rms(&world)?,
+        let (before, after) = (simulated(&input.world)?, simulated(&world)?);
+        let used = launched.iter().map(|strike| strike.id.clone()).collect();
+        let fit = Fit {
+            rms_before: before.rms(told),
+            rms_after: after.rms(told),
             freed: fitted.free.clone(),
             strikes: launched.len(),
             iterations: fitted.iterations,
@@ -326,6 +364,7 @@ impl Stage for Sysid {
             world,
             warnings: warnings.into_iter().map(Sentence::from).collect(),
             notes: notes.into_iter().map(Sentence::from).collect(),
-        })
+        };
+        Ok((fit, after.strays(&launched), used))
     }
 }

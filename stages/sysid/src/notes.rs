@@ -16,6 +16,11 @@ pub enum Note {
         are_left_out: bool,
     },
     #[display(
+        "{count} of {of} strikes were left out: their tracks end more than five times as far off as the others scatter, and a few do not say what world \
+         this is; the diagnosis says what to look at"
+    )]
+    Strays { count: usize, of: usize },
+    #[display(
         "{slides} slides that no strike began teach alone: no strike tells whether they slid, or whether a hand carried what moved"
     )]
     SlidesAlone { slides: usize },

@@ -163,6 +163,13 @@ impl Answer {
         largest.or_else(|| self.findings.iter().find(is_same))
     }
 
+    /// Two groups of strikes, where nothing else moves stops by more.
+    pub(crate) fn groups_above_all(&self) -> Option<&Finding> {
+        self.findings
+            .first()
+            .filter(|found| found.covariate == GROUP)
+    }
+
     /// A push that depends on the place on the table and moves stops by more than `least` (m); an object's own motion would show alike everywhere.
     pub(crate) fn push_by_place(&self, least: f64) -> Option<&Finding> {
         let is_push = |found: &&Finding| matches!(found.what, What::Along | What::Across);
