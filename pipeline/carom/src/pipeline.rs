@@ -75,8 +75,8 @@ pub fn pipeline(run: &Run, inputs: &Inputs, last: Step) -> Result<Results, Error
             Err(Error::Input(why)) if last > Step::Diagnose => Err(format!("failed to {why}")),
             found => Ok(found?),
         };
-        let named = found.as_ref().ok().and_then(|found| found.world.clone());
-        worlds.effect = named
+        let used = found.as_ref().ok().and_then(|found| found.used().cloned());
+        worlds.effect = used
             .filter(|_| !inputs.without_effects)
             .map(WorldResults::new);
         worlds.diagnosis = Some(found);

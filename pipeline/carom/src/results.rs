@@ -288,7 +288,7 @@ pub mod testing {
             warnings: Vec::new(),
             notes: Vec::new(),
         };
-        let effect = found.as_ref().and_then(|found| found.world.clone());
+        let effect = found.as_ref().and_then(|found| found.used().cloned());
         Results {
             read: Read {
                 strikes: Default::default(),

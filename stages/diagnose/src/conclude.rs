@@ -179,6 +179,7 @@ impl Case<'_, '_> {
                 },
             },
             world: judged.world,
+            carried: None,
         })
     }
 

@@ -272,8 +272,18 @@ pub struct Diagnosed {
     pub diagnosis: Diagnosis,
     /// The identified world with the effects named, its parameters fitted again; none where nothing was named.
     pub world: Option<World>,
+    /// Where nothing is named and there is a gap: the world that predicts strikes which were left out of its fits better than the one without effects. It
+    /// claims no name.
+    pub carried: Option<World>,
     /// Each strike's residual, before and after.
     pub residuals: Vec<StopResidual>,
+}
+
+impl Diagnosed {
+    /// The world with effects that serves predictions, named or not.
+    pub fn used(&self) -> Option<&World> {
+        self.world.as_ref().or(self.carried.as_ref())
+    }
 }
 
 /// One strike's stop residual (measured less simulated, in m), for the pictures.

@@ -13,6 +13,7 @@ mod alias;
 mod arm;
 mod camera_drift;
 mod candidates;
+mod carry;
 mod conclude;
 mod constancy;
 mod diagnosis;

@@ -1,6 +1,9 @@
 //! The steps of a diagnosis, in their order.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, BTreeSet},
+};
 
 use stage::{Progress, Stage};
 use values::{Point, Sentence, Shape, Strays, Strike};
@@ -10,6 +13,7 @@ use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input,
     arm::Arm,
     candidates::{Candidate, candidates, is_never_named, is_of_whole_strikes},
+    carry::carried,
     conclude::Case,
     constancy,
     diagnosis::{Diagnosis, Gap, StopResidual, Verdict},
@@ -30,7 +34,7 @@ use crate::{
     },
     sessions::is_by_session,
     strikes::PreparedStrikes,
-    words::{Cause, Dependence, Note, Summary, WhyNot},
+    words::{Cause, Dependence, Note, StrayStrikes, Summary, WhyNot},
 };
 
 impl Stage for Diagnose {
@@ -44,36 +48,19 @@ impl Stage for Diagnose {
         if input.rig.object.shape() == Shape::Sphere {
             return Err(DiagnoseError::Rolls);
         }
-        let mut found = self.as_delivered(input, progress)?;
-        let strays = strays(&input.strikes, &found);
-        let are_told = strays.are_beyond_tails();
-        // What stands by itself does not stand on them.
-        let mut astray = Vec::new();
-        let is_explained = |diagnosis: &Diagnosis| {
-            let known = diagnosis.cause.as_ref().and_then(Sentence::finding);
-            diagnosis.verdict == Verdict::Unexplained && !are_beside(&strays, known)
-        };
-        if are_told && !is_explained(&found.diagnosis) {
-            let (others, of_strays) = others(input, &found.residuals, &strays);
-            match self.as_delivered(&others, progress) {
-                Ok(again) => {
-                    found = again;
-                    astray = of_strays;
-                }
-                Err(DiagnoseError::TooFewStrikes { .. } | DiagnoseError::NoFit { .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
+        let (mut found, strays) = self.beside_strays(input, progress)?;
         let diagnosis = &mut found.diagnosis;
         let gap = &diagnosis.gap;
-        let is_explained = is_explained(diagnosis);
         let missed = missed_by_far(gap, &found.residuals);
         let cause = match diagnosis.verdict {
             Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
                 Some(Cause::WorldOfOtherStrikes)
             }
-            Verdict::Consistent | Verdict::Unexplained if strays.are_a_part() && !is_explained => {
-                Some(Cause::PartStrays((&strays).into()))
+            Verdict::Consistent | Verdict::Unexplained
+                if strays.told.as_ref().is_some_and(StrayStrikes::are_a_part)
+                    && !strays.are_explained(diagnosis) =>
+            {
+                strays.told.clone().map(Cause::PartStrays)
             }
             Verdict::Consistent if is_part(missed, gap.heldout_strikes) => {
                 let of = gap.heldout_strikes;
@@ -84,19 +71,42 @@ impl Stage for Diagnose {
             }
             _ => None,
         };
-        let is_said = matches!(cause, Some(Cause::PartStrays(_)));
         if let Some(cause) = cause {
             diagnosis.verdict = Verdict::Unexplained;
             diagnosis.summary = Summary::Unexplained(Some(cause.clone())).into();
             diagnosis.cause = Some(cause.into());
-        }
-        if are_told && !is_said && diagnosis.verdict != Verdict::Unexplained {
+        } else if let Some(told) = strays.told
+            && diagnosis.verdict != Verdict::Unexplained
+        {
             let summary = Box::new(diagnosis.summary.clone());
-            let note = Note::Strays((&strays).into());
-            diagnosis.summary = Summary::Beside(summary, vec![note]).into();
+            diagnosis.summary = Summary::Beside(summary, vec![Note::Strays(told)]).into();
         }
-        found.residuals.extend(astray);
+        found.residuals.extend(strays.residuals);
         Ok(found)
+    }
+}
+
+/// Rounds in which strays are left out: without the first the others scatter by less, which shows the next.
+const ROUNDS: usize = 3;
+
+/// Strikes that stop far from where the others do, and took no part.
+#[derive(Default)]
+struct Astray {
+    told: Option<StrayStrikes>,
+    residuals: Vec<StopResidual>,
+}
+
+impl Astray {
+    /// Whether a dependence on what was logged moves stops by more than the strikes that do not stray scatter by, so that it is what these stray by.
+    fn are_explained(&self, diagnosis: &Diagnosis) -> bool {
+        let others = self.told.as_ref().map_or(0.0, |told| told.others);
+        let known = diagnosis.cause.as_ref().and_then(Sentence::finding);
+        let is_known = match known {
+            None => false,
+            Some(Cause::Dependence(Dependence::OfStrikes { size, .. })) => *size >= others,
+            Some(_) => true,
+        };
+        diagnosis.verdict == Verdict::Unexplained && is_known
     }
 }
 
@@ -139,15 +149,6 @@ fn others(
         strikes: input.strikes.iter().filter(is_other).cloned().collect(),
     };
     (others, astray)
-}
-
-/// Whether a dependence on what was logged moves stops by less than the strikes that do not stray scatter by, so that it is not what these stray by.
-fn are_beside(strays: &Strays, cause: Option<&Cause>) -> bool {
-    match cause {
-        None => true,
-        Some(Cause::Dependence(Dependence::OfStrikes { size, .. })) => *size < strays.others,
-        Some(_) => false,
-    }
 }
 
 /// Wander of stops over the order of strikes, or their difference between sessions, in units of what repeats scatter by, from which on something is
@@ -203,6 +204,45 @@ fn scatter(gap: &Gap) -> f64 {
 }
 
 impl Diagnose {
+    /// The diagnosis of the strikes that do not stray: what stands by itself does not stand on a few others.
+    fn beside_strays(
+        &self,
+        input: &Input,
+        progress: &Progress,
+    ) -> Result<(Diagnosed, Astray), DiagnoseError> {
+        let mut found = self.as_delivered(input, progress)?;
+        let of = found.residuals.len();
+        let (mut input, mut astray) = (Cow::Borrowed(input), Astray::default());
+        for _ in 0..ROUNDS {
+            let strays = strays(&input.strikes, &found);
+            if !strays.are_beyond_tails() {
+                break;
+            }
+            let told = StrayStrikes {
+                count: astray.residuals.len() + strays.count(),
+                of,
+                others: strays.others,
+            };
+            let round = Astray {
+                told: Some(told),
+                residuals: astray.residuals.clone(),
+            };
+            if round.are_explained(&found.diagnosis) {
+                break;
+            }
+            astray = round;
+            let (others, residuals) = others(&input, &found.residuals, &strays);
+            match self.as_delivered(&others, progress) {
+                Ok(again) => found = again,
+                Err(DiagnoseError::TooFewStrikes { .. } | DiagnoseError::NoFit { .. }) => break,
+                Err(error) => return Err(error),
+            }
+            astray.residuals.extend(residuals);
+            input = Cow::Owned(others);
+        }
+        Ok((found, astray))
+    }
+
     /// The diagnosis of strikes as the arm delivered them, where its state is logged.
     fn as_delivered(&self, input: &Input, progress: &Progress) -> Result<Diagnosed, DiagnoseError> {
         match Arm::of(input)? {
@@ -358,14 +398,14 @@ impl Diagnose {
             notes.extend(notes::wrong_sizes(rig, &selection.fitted, is_delivered));
             notes.extend(notes::arm_or_sizes(rig, &selection.fitted));
         }
-        Case {
+        let mut found = Case {
             stage: self,
             input,
             selection: &selection,
             screened: &screened,
             chance: &chance,
             is_astray,
-            gains,
+            gains: gains.clone(),
             moves_unpaid,
             p_value,
             is_real,
@@ -374,10 +414,22 @@ impl Diagnose {
             is_delivered,
             faces,
             are_pushed_again: usable.are_pushed_again,
-            maps,
+            maps: maps.clone(),
             notes,
         }
-        .conclude()
+        .conclude()?;
+        // What the arm does to its commands stands in another world.
+        let is_gap = found.diagnosis.verdict == Verdict::Unexplained && is_sought;
+        if is_gap && !is_delivered {
+            progress.set_message("what predicts better, named or not");
+            let (fields, identified) = (&last_resorts, &input.world);
+            let carried = carried(&selection, &gains, fields, &maps, &chance, identified)?;
+            if let Some((world, note)) = carried {
+                found.carried = Some(world);
+                found.diagnosis.notes.push(note.into());
+            }
+        }
+        Ok(found)
     }
 }
 

@@ -150,13 +150,9 @@ pub struct StrayStrikes {
     pub others: f64,
 }
 
-impl From<&Strays> for StrayStrikes {
-    fn from(strays: &Strays) -> Self {
-        Self {
-            count: strays.count(),
-            of: strays.which.len(),
-            others: strays.others,
-        }
+impl StrayStrikes {
+    pub(crate) fn are_a_part(&self) -> bool {
+        Strays::is_a_part(self.count, self.of)
     }
 }
 
@@ -332,6 +328,13 @@ pub enum Note {
     NotNamed {
         names: Vec<String>,
         why: WhyNot,
+    },
+    /// By how much the squared stop error of strikes that were left out of its fits falls, in m² a strike.
+    #[display("not named, but used where strikes are predicted and solved, for it brings stops of strikes that were left out of its fits nearer (squared \
+         stop error {:+.1} mm² a strike): {}", -1e6 * nearer, list(effects, ", and "))]
+    Carried {
+        effects: Vec<AddedEffect>,
+        nearer: f64,
     },
     #[display(
         "beside what is stated as the cause there stands, and is not named: {}",

@@ -26,7 +26,7 @@ mod wanted;
 pub use error::SysidError;
 pub use notes::{Note, Scattering};
 
-use std::collections::BTreeSet;
+use std::{borrow::Cow, collections::BTreeSet};
 
 use compare::{Launch, StrikeSimulator};
 use identify::Identifiability;
@@ -99,32 +99,40 @@ impl Stage for Sysid {
     type Error = SysidError;
 
     fn run(&self, input: &Input, progress: &Progress) -> Result<Fit, SysidError> {
-        let (fit, strays, used) = self.identify(input, progress)?;
-        if !strays.are_beyond_tails() || strays.are_a_part() {
-            return Ok(fit);
-        }
+        let (mut fit, mut strays, mut used) = self.identify(input, progress)?;
+        let (mut input, mut left_out) = (Cow::Borrowed(input), 0);
         // A world is of the many: what a few do for no reason that was logged would move it.
-        let (count, of) = (strays.count(), used.len());
-        let astray = used.iter().zip(&strays.which);
-        let astray = astray.filter(|(_, is_stray)| **is_stray).map(|(id, _)| id);
-        let astray: BTreeSet<&String> = astray.collect();
-        let is_other = |strike: &&Strike| !astray.contains(&strike.id);
-        let others = Input {
-            rig: input.rig.clone(),
-            world: input.world.clone(),
-            strikes: input.strikes.iter().filter(is_other).cloned().collect(),
-            later: input.later.clone(),
-        };
-        match self.identify(&others, progress) {
-            Ok((mut fit, _, _)) => {
-                fit.warnings.push(Note::Strays { count, of }.into());
-                Ok(fit)
+        for _ in 0..ROUNDS {
+            let count = left_out + strays.count();
+            if !strays.are_beyond_tails() || Strays::is_a_part(count, left_out + used.len()) {
+                break;
             }
-            Err(SysidError::TooFewStrikes { .. }) => Ok(fit),
-            Err(error) => Err(error),
+            let astray = used.iter().zip(&strays.which);
+            let astray = astray.filter(|(_, is_stray)| **is_stray).map(|(id, _)| id);
+            let astray: BTreeSet<&String> = astray.collect();
+            let is_other = |strike: &Strike| !astray.contains(&strike.id);
+            input.to_mut().strikes.retain(is_other);
+            match self.identify(&input, progress) {
+                Ok(again) => (fit, strays, used) = again,
+                Err(SysidError::TooFewStrikes { .. }) => break,
+                Err(error) => return Err(error),
+            }
+            left_out = count;
         }
+        if left_out > 0 {
+            let of = left_out + used.len();
+            let note = Note::Strays {
+                count: left_out,
+                of,
+            };
+            fit.warnings.push(note.into());
+        }
+        Ok(fit)
     }
 }
+
+/// Rounds in which strays are left out: without the first the others scatter by less, which shows the next.
+const ROUNDS: usize = 3;
 
 impl Sysid {
     /// The world of these strikes, those of them whose tracks end far from where the others' do, and the ids of all that were used.

@@ -78,7 +78,7 @@ pub fn judge(rig: &Rig, strikes: &[Strike], fold: &Fold) -> anyhow::Result<Judge
         ..Settings::default()
     };
     let sysid = learned(rig, &fit.world, &known, &settings)?;
-    let effect = match &found.world {
+    let effect = match found.used() {
         Some(world) => Some((world.clone(), learned(rig, world, &known, &settings)?)),
         None => None,
     };

@@ -25,7 +25,7 @@ pub fn diagnosis_section(
         "Where simulation and strikes disagree",
         html! {
             p.verdict { strong { (verdict(diagnosis.verdict)) ":" } " " (diagnosis.summary.trim_end_matches('.')) "." }
-            @if found.world.is_some() && shown.results.worlds.as_ref().is_some_and(|worlds| worlds.effect.is_none()) {
+            @if found.used().is_some() && shown.results.worlds.as_ref().is_some_and(|worlds| worlds.effect.is_none()) {
                 p { "As asked, it is not added to the world that is used." }
             }
             (effects_table(&diagnosis.effects))

@@ -61,6 +61,7 @@ pub fn found_tilt() -> Diagnosed {
     Diagnosed {
         diagnosis: serde_json::from_value(diagnosis).expect("a diagnosis"),
         world: Some(world),
+        carried: None,
         residuals: (0..4).map(residual).collect(),
     }
 }

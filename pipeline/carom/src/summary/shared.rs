@@ -74,8 +74,8 @@ fn first_lines(lines: &[String], most: usize) -> String {
 /// Why there is no diagnosis, or its world is not used; empty where neither holds.
 pub fn unused_diagnosis(worlds: &Worlds) -> String {
     let mut text = String::new();
-    let is_named = worlds.found().is_some_and(|found| found.world.is_some());
-    if is_named && worlds.effect.is_none() {
+    let is_any = worlds.found().is_some_and(|found| found.used().is_some());
+    if is_any && worlds.effect.is_none() {
         text += "           not added to the world, as asked\n";
     }
     if let Some(why) = worlds.no_diagnosis() {

@@ -226,6 +226,27 @@ fn in_place_of_its_kind(
     }))
 }
 
+/// The model with a candidate beside all its effects; `None` where it has it, or it cannot be fitted.
+pub(crate) fn beside(
+    selection: &Selection<'_>,
+    candidate: &Candidate,
+    chance: &Chance,
+) -> Result<Option<Fitted>, WorldError> {
+    let Selection {
+        prepared, fitted, ..
+    } = selection;
+    if selection.names().contains(&candidate.name) {
+        return Ok(None);
+    }
+    let screened = screen(prepared, fitted, std::slice::from_ref(candidate))?;
+    let criteria = FitCriteria {
+        required: &[candidate.name],
+        ..FitCriteria::default()
+    };
+    let fits = fit_best(prepared, fitted, &screened, chance, criteria)?;
+    Ok(fits.into_iter().next().map(|fit| fit.fitted))
+}
+
 /// The selection with `fitted` as its model, noise re-estimated and idle effects dropped; unchanged where that model cannot be fitted under its own
 /// noise.
 fn with_fitted<'a>(
