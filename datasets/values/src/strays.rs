@@ -71,6 +71,58 @@ impl Strays {
     }
 }
 
+/// Probability by chance below which strays follow a covariate.
+const FOLLOWS: f64 = 0.002;
+/// Share of the strays that are most of them.
+const MOST: f64 = 0.8;
+
+impl Strays {
+    /// Whether strays gather somewhere along a covariate (a value for each strike): Kuiper's test (1960), which sees the ends of a range and its middle
+    /// alike. The range that holds most of them; none where they are spread as the others are.
+    pub fn gathered(&self, covariate: &[f64]) -> Option<[f64; 2]> {
+        let mut order: Vec<usize> = (0..self.which.len()).collect();
+        order.sort_by(|a, b| covariate[*a].total_cmp(&covariate[*b]));
+        let count = self.count();
+        let each = [count, order.len() - count].map(|n| 1.0 / n.max(1) as f64);
+        let (mut ahead, mut most, mut least) = (0.0f64, 0.0f64, 0.0f64);
+        for (k, i) in order.iter().enumerate() {
+            ahead += if self.which[*i] { each[0] } else { -each[1] };
+            // Equal values are one step.
+            let next = order.get(k + 1).map(|next| covariate[*next]);
+            if next != Some(covariate[*i]) {
+                (most, least) = (most.max(ahead), least.min(ahead));
+            }
+        }
+        if kuiper(most - least, count, order.len() - count) >= FOLLOWS {
+            return None;
+        }
+        let at: Vec<f64> = order
+            .iter()
+            .filter(|i| self.which[**i])
+            .map(|i| covariate[*i])
+            .collect();
+        let most = (MOST * count as f64).ceil() as usize;
+        at.windows(most)
+            .map(|held| [held[0], held[most - 1]])
+            .min_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
+    }
+}
+
+/// Probability by chance of a range as great between two distribution functions of so many values (Press et al. 2007, section 14.3.4).
+fn kuiper(range: f64, one: usize, other: usize) -> f64 {
+    let n = (one * other) as f64 / (one + other).max(1) as f64;
+    let lambda = (n.sqrt() + 0.155 + 0.24 / n.sqrt()) * range;
+    // The series is 1 to 14 places there.
+    if lambda.is_nan() || lambda < 0.4 {
+        return 1.0;
+    }
+    let term = |j: f64| {
+        let square = (j * lambda).powi(2);
+        2.0 * (4.0 * square - 1.0) * (-2.0 * square).exp()
+    };
+    (1..=100).map(|j| term(f64::from(j))).sum()
+}
+
 /// Middle and standard deviation of the values as the shortest interval that holds half of them has them.
 fn of_the_nearest_half(values: &[f64]) -> Option<[f64; 2]> {
     let mut sorted = values.to_vec();
@@ -115,6 +167,38 @@ mod tests {
             assert!(found.are_beyond_tails());
             assert_eq!(Strays::is_a_part(found.count(), 120), every == 3);
             assert!((found.others / 0.003 - 1.0).abs() < 0.1, "{}", found.others);
+        }
+    }
+
+    #[test]
+    fn strays_that_gather_are_told_from_those_that_are_spread() {
+        let order: Vec<f64> = (0..150).map(f64::from).collect();
+        let gathered = |is_stray: &dyn Fn(usize) -> bool| {
+            let strays = Strays {
+                which: (0..150).map(is_stray).collect(),
+                others: 0.0,
+            };
+            strays.gathered(&order)
+        };
+        assert_eq!(gathered(&|i| i >= 140), Some([140.0, 147.0]));
+        let range = gathered(&|i| (60..80).contains(&i) || i == 3).expect("gathered");
+        assert!(range[0] >= 60.0 && range[1] < 80.0);
+        assert_eq!(gathered(&|i| i % 9 == 0), None);
+        assert_eq!(gathered(&|i| i * 37 % 150 < 12), None);
+        assert_eq!(gathered(&|_| false), None);
+    }
+
+    #[test]
+    fn the_probability_by_chance_is_that_of_tables() {
+        // Upper 5 % and 1 % of Kuiper's statistic times the root of the number of values (Stephens 1970).
+        for (statistic, level) in [(1.747, 0.05), (2.001, 0.01)] {
+            let n = 10_000.0f64;
+            let by_chance = kuiper(
+                statistic / (n.sqrt() + 0.155 + 0.24 / n.sqrt()),
+                20_000,
+                20_000,
+            );
+            assert!((by_chance / level - 1.0).abs() < 0.02, "{by_chance}");
         }
     }
 

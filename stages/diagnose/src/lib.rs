@@ -55,4 +55,6 @@ pub use diagnosis::{
 pub use error::DiagnoseError;
 pub use settings::{Diagnose, Input};
 pub use thresholds::Thresholds;
-pub use words::{Cause, Dependence, NoiseKind, Note, Purpose, StrayStrikes, Summary, WhyNot};
+pub use words::{
+    Cause, Dependence, Gathered, NoiseKind, Note, Purpose, StrayStrikes, Summary, WhyNot,
+};

@@ -34,7 +34,7 @@ use crate::{
     },
     sessions::is_by_session,
     strikes::PreparedStrikes,
-    words::{Cause, Dependence, Note, StrayStrikes, Summary, WhyNot},
+    words::{Cause, Dependence, Gathered, Note, StrayStrikes, Summary, WhyNot},
 };
 
 impl Stage for Diagnose {
@@ -57,7 +57,7 @@ impl Stage for Diagnose {
                 Some(Cause::WorldOfOtherStrikes)
             }
             Verdict::Consistent | Verdict::Unexplained
-                if strays.told.as_ref().is_some_and(StrayStrikes::are_a_part)
+                if strays.told.as_ref().is_some_and(StrayStrikes::are_a_gap)
                     && !strays.are_explained(diagnosis) =>
             {
                 strays.told.clone().map(Cause::PartStrays)
@@ -76,7 +76,7 @@ impl Stage for Diagnose {
             diagnosis.summary = Summary::Unexplained(Some(cause.clone())).into();
             diagnosis.cause = Some(cause.into());
         } else if let Some(told) = strays.told
-            && diagnosis.verdict != Verdict::Unexplained
+            && (diagnosis.verdict != Verdict::Unexplained || told.gathered.is_some())
         {
             let summary = Box::new(diagnosis.summary.clone());
             diagnosis.summary = Summary::Beside(summary, vec![Note::Strays(told)]).into();
@@ -110,20 +110,23 @@ impl Astray {
     }
 }
 
-/// Strikes that stop far from where the others do, with what is named; without it where it explains less than half of those.
-fn strays(strikes: &[Strike], found: &Diagnosed) -> Strays {
-    let ways: BTreeMap<&str, f64> = strikes
+/// The strikes of these residuals, in their order.
+fn strikes_of<'s>(strikes: &'s [Strike], residuals: &[StopResidual]) -> Vec<&'s Strike> {
+    let by_id: BTreeMap<&str, &Strike> = strikes
         .iter()
-        .map(|strike| (strike.id.as_str(), strike.path().norm()))
+        .map(|strike| (strike.id.as_str(), strike))
         .collect();
-    let ways = found
-        .residuals
-        .iter()
-        .map(|residual| ways[residual.strike_id.as_str()]);
-    let ways: Vec<f64> = ways.collect();
+    let each = residuals.iter();
+    each.map(|residual| by_id[residual.strike_id.as_str()])
+        .collect()
+}
+
+/// Strikes that stop far from where the others do, with what is named; without it where it explains less than half of those.
+fn strays(strikes: &[&Strike], residuals: &[StopResidual]) -> Strays {
+    let ways: Vec<f64> = strikes.iter().map(|strike| strike.path().norm()).collect();
     let of = |error: fn(&StopResidual) -> [f64; 2]| {
-        let errors = found.residuals.iter().map(error);
-        Strays::of(&errors.collect::<Vec<_>>(), &ways)
+        let errors: Vec<[f64; 2]> = residuals.iter().map(error).collect();
+        Strays::of(&errors, &ways)
     };
     let (before, after) = (of(|residual| residual.before), of(|r| r.after));
     match before.count() < 2 * after.count() {
@@ -214,7 +217,8 @@ impl Diagnose {
         let of = found.residuals.len();
         let (mut input, mut astray) = (Cow::Borrowed(input), Astray::default());
         for _ in 0..ROUNDS {
-            let strays = strays(&input.strikes, &found);
+            let strikes = strikes_of(&input.strikes, &found.residuals);
+            let strays = strays(&strikes, &found.residuals);
             if !strays.are_beyond_tails() {
                 break;
             }
@@ -222,7 +226,13 @@ impl Diagnose {
                 count: astray.residuals.len() + strays.count(),
                 of,
                 others: strays.others,
+                gathered: Gathered::of(&strays, &strikes),
             };
+            // What follows from what was logged is no stray.
+            if told.gathered.is_some() {
+                astray.told = Some(told);
+                break;
+            }
             let round = Astray {
                 told: Some(told),
                 residuals: astray.residuals.clone(),

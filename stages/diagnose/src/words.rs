@@ -6,7 +6,7 @@ use std::fmt::{self, Display, Formatter};
 
 use derive_more::Display;
 use serde::{Deserialize, Serialize};
-use values::{Sentence, Strays};
+use values::{Sentence, Strays, Strike};
 use world::effects::AddedEffect;
 
 use crate::{
@@ -139,20 +139,71 @@ pub enum Cause {
 
 /// Strikes that stop far from where the others do; those scatter by `others` (m).
 #[derive(Clone, Debug, Display, Serialize, Deserialize)]
-#[display(
-    "{count} of {of} strikes stop more than five times as far off as the others scatter ({:.1} mm), and nothing that was logged tells which: open them in \
-     the report, and look whether the tip grazed or struck twice, a command was another's, or somebody touched the object",
-    1e3 * others
-)]
+#[display("{count} of {of} strikes stop more than five times as far off as the others scatter ({:.1} mm), {}", 1e3 * others,
+    gathered.as_ref().map_or_else(
+        || "and nothing that was logged tells which: open them in the report, and look whether the tip grazed or struck twice, a command was \
+            another's, or somebody touched the object".into(),
+        |gathered| format!("nearly all of them {gathered}")))]
 pub struct StrayStrikes {
     pub count: usize,
     pub of: usize,
     pub others: f64,
+    pub gathered: Option<Gathered>,
 }
 
+/// Where most of the strays are, from and to.
+#[derive(Clone, Debug, Display, Serialize, Deserialize)]
+pub enum Gathered {
+    /// Numbers of strikes.
+    #[display("strikes {} to {}, {}", from + 1, to + 1,
+        if *is_latest { "the latest: the object, the tip, the table or the camera is not what it was; log strikes of what it is now, and strike with \
+                         --adapt until then" }
+        else { "and not those before and after: look what was changed there, and diagnose each part alone" })]
+    Order {
+        from: usize,
+        to: usize,
+        is_latest: bool,
+    },
+    #[display("at commanded speeds from {_0:.2} to {_1:.2} m/s")]
+    Speed(f64, f64),
+    #[display("at commanded angles from {:.0}° to {:.0}°", _0.to_degrees(), _1.to_degrees())]
+    Angle(f64, f64),
+    #[display("at starts from x = {_0:.2} to {_1:.2} m")]
+    X(f64, f64),
+    #[display("at starts from y = {_0:.2} to {_1:.2} m")]
+    Y(f64, f64),
+}
+
+impl Gathered {
+    /// Along the first of what was logged that strays follow.
+    pub(crate) fn of(strays: &Strays, strikes: &[&Strike]) -> Option<Self> {
+        let along = |of: fn(&Strike) -> f64| {
+            let values: Vec<f64> = strikes.iter().map(|strike| of(strike)).collect();
+            strays.gathered(&values)
+        };
+        let last = strikes.iter().map(|strike| strike.conditions.order);
+        let last = last.fold(0.0, f64::max);
+        let order = along(|strike| strike.conditions.order);
+        let order = order.map(|[from, to]| Self::Order {
+            from: from as usize,
+            to: to as usize,
+            is_latest: to > LATEST * last,
+        });
+        order
+            .or_else(|| along(|s| s.command.speed).map(|[from, to]| Self::Speed(from, to)))
+            .or_else(|| along(|s| s.command.angle).map(|[from, to]| Self::Angle(from, to)))
+            .or_else(|| along(|s| s.initial.x).map(|[from, to]| Self::X(from, to)))
+            .or_else(|| along(|s| s.initial.y).map(|[from, to]| Self::Y(from, to)))
+    }
+}
+
+/// Share of the strikes beyond which they are the latest.
+const LATEST: f64 = 0.95;
+
 impl StrayStrikes {
-    pub(crate) fn are_a_part(&self) -> bool {
-        Strays::is_a_part(self.count, self.of)
+    /// Whether they are no strays: they follow what was logged, or are a part of the strikes.
+    pub(crate) fn are_a_gap(&self) -> bool {
+        self.gathered.is_some() || Strays::is_a_part(self.count, self.of)
     }
 }
 

@@ -99,31 +99,34 @@ impl Stage for Sysid {
     type Error = SysidError;
 
     fn run(&self, input: &Input, progress: &Progress) -> Result<Fit, SysidError> {
-        let (mut fit, mut strays, mut used) = self.identify(input, progress)?;
+        let mut found = self.identify(input, progress)?;
         let (mut input, mut left_out) = (Cow::Borrowed(input), 0);
         // A world is of the many: what a few do for no reason that was logged would move it.
         for _ in 0..ROUNDS {
+            let Identified { strays, used, .. } = &found;
             let count = left_out + strays.count();
-            if !strays.are_beyond_tails() || Strays::is_a_part(count, left_out + used.len()) {
+            let is_a_part = Strays::is_a_part(count, left_out + used.len());
+            let order: Vec<f64> = used.iter().map(|used| used.number).collect();
+            if !strays.are_beyond_tails() || is_a_part || strays.gathered(&order).is_some() {
                 break;
             }
             let astray = used.iter().zip(&strays.which);
-            let astray = astray.filter(|(_, is_stray)| **is_stray).map(|(id, _)| id);
-            let astray: BTreeSet<&String> = astray.collect();
+            let astray = astray.filter(|(_, is_stray)| **is_stray);
+            let astray: BTreeSet<&String> = astray.map(|(used, _)| &used.id).collect();
             let is_other = |strike: &Strike| !astray.contains(&strike.id);
             input.to_mut().strikes.retain(is_other);
             match self.identify(&input, progress) {
-                Ok(again) => (fit, strays, used) = again,
+                Ok(again) => found = again,
                 Err(SysidError::TooFewStrikes { .. }) => break,
                 Err(error) => return Err(error),
             }
             left_out = count;
         }
+        let Identified { mut fit, used, .. } = found;
         if left_out > 0 {
-            let of = left_out + used.len();
             let note = Note::Strays {
                 count: left_out,
-                of,
+                of: left_out + used.len(),
             };
             fit.warnings.push(note.into());
         }
@@ -134,13 +137,24 @@ impl Stage for Sysid {
 /// Rounds in which strays are left out: without the first the others scatter by less, which shows the next.
 const ROUNDS: usize = 3;
 
+/// A strike that was used.
+struct Used {
+    id: String,
+    /// Its number in the order of strikes.
+    number: f64,
+}
+
+/// A world, and what its strikes say of themselves.
+struct Identified {
+    fit: Fit,
+    used: Vec<Used>,
+    /// Those whose tracks end far from where the others' do.
+    strays: Strays,
+}
+
 impl Sysid {
-    /// The world of these strikes, those of them whose tracks end far from where the others' do, and the ids of all that were used.
-    fn identify(
-        &self,
-        input: &Input,
-        progress: &Progress,
-    ) -> Result<(Fit, Strays, Vec<String>), SysidError> {
+    /// The world of these strikes.
+    fn identify(&self, input: &Input, progress: &Progress) -> Result<Identified, SysidError> {
         let (pushes, struck): (Vec<Strike>, Vec<Strike>) = input
             .strikes
             .iter()
@@ -358,7 +372,10 @@ impl Sysid {
             });
         }
         let (before, after) = (simulated(&input.world)?, simulated(&world)?);
-        let used = launched.iter().map(|strike| strike.id.clone()).collect();
+        let used = launched.iter().map(|strike| Used {
+            id: strike.id.clone(),
+            number: strike.conditions.order,
+        });
         let fit = Fit {
             rms_before: before.rms(told),
             rms_after: after.rms(told),
@@ -373,6 +390,10 @@ impl Sysid {
             warnings: warnings.into_iter().map(Sentence::from).collect(),
             notes: notes.into_iter().map(Sentence::from).collect(),
         };
-        Ok((fit, after.strays(&launched), used))
+        Ok(Identified {
+            fit,
+            used: used.collect(),
+            strays: after.strays(&launched),
+        })
     }
 }
