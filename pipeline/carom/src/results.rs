@@ -198,6 +198,7 @@ impl Results {
         let of_fit = self.worlds.iter().flat_map(|worlds| &worlds.fit.warnings);
         let found = self.found().map(|found| &found.diagnosis);
         let cause = found.and_then(|diagnosis| Some(diagnosis.cause.as_ref()?.to_string()));
+        let strays = found.and_then(|diagnosis| Some(diagnosis.strays.as_ref()?.to_string()));
         let evaluation = self.evaluation();
         of_fit
             .map(ToString::to_string)
@@ -207,6 +208,7 @@ impl Results {
                 self.read.strikes.len(),
             ))
             .chain(cause)
+            .chain(strays)
             .chain(evaluation.and_then(worse_than_nominal))
             .chain(evaluation.and_then(unjudged))
             .collect()

@@ -155,6 +155,8 @@ impl Case<'_, '_> {
                 summary: Summary::Beside(Box::new(summary.into()), beside).into(),
                 verdict,
                 cause: judged.cause.map(Sentence::from),
+                strays: None,
+                is_another_now: false,
                 p_value: self.p_value.drawn,
                 p_value_signs: self.p_value.flipped,
                 replicates: DRAWN,

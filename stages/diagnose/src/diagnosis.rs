@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use values::Sentence;
 use world::{AddedEffect, World};
 
-use crate::words::{Cause, Dependence, Note, Purpose, Summary};
+use crate::words::{Cause, Dependence, Note, Purpose, StrayStrikes, Summary};
 
 /// A diagnosis, as `diagnosis.json` holds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,6 +18,12 @@ pub struct Diagnosis {
     /// What stands behind a gap that no candidate explains, and what to do about it, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cause: Option<Sentence<Cause>>,
+    /// Strikes that stop far from where the others do; none where there are no more than long tails have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strays: Option<Sentence<StrayStrikes>>,
+    /// Whether the latest strikes stop far from where those before do: the table, the object or the tip is another now.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_another_now: bool,
     /// Probability of a gap like this one, or a larger, if only launches, friction and camera scattered: the share of
     /// residuals drawn from the fitted noise that show as much, everything that was looked at counted. Never below
     /// 1/(1 + `replicates`), but where the arm's logged state shows a gap: then what its own test says, in both probabilities.

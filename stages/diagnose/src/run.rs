@@ -51,6 +51,8 @@ impl Stage for Diagnose {
         let (mut found, strays) = self.beside_strays(input, progress)?;
         let diagnosis = &mut found.diagnosis;
         let gap = &diagnosis.gap;
+        let gathered = strays.told.as_ref().and_then(|told| told.gathered.as_ref());
+        diagnosis.is_another_now = gathered.is_some_and(Gathered::is_latest);
         let missed = missed_by_far(gap, &found.residuals);
         let cause = match diagnosis.verdict {
             Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
@@ -79,7 +81,9 @@ impl Stage for Diagnose {
             && (diagnosis.verdict != Verdict::Unexplained || told.gathered.is_some())
         {
             let summary = Box::new(diagnosis.summary.clone());
-            diagnosis.summary = Summary::Beside(summary, vec![Note::Strays(told)]).into();
+            let note = Note::Strays(told.clone());
+            diagnosis.summary = Summary::Beside(summary, vec![note]).into();
+            diagnosis.strays = Some(told.into());
         }
         found.residuals.extend(strays.residuals);
         Ok(found)

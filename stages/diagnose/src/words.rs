@@ -175,6 +175,17 @@ pub enum Gathered {
 }
 
 impl Gathered {
+    /// Whether they are the latest strikes.
+    pub(crate) fn is_latest(&self) -> bool {
+        matches!(
+            self,
+            Self::Order {
+                is_latest: true,
+                ..
+            }
+        )
+    }
+
     /// Along the first of what was logged that strays follow.
     pub(crate) fn of(strays: &Strays, strikes: &[&Strike]) -> Option<Self> {
         let along = |of: fn(&Strike) -> f64| {

@@ -6,9 +6,9 @@ use diagnose::{Diagnosis, Parameter, Verdict};
 use values::Split;
 
 use super::diagnosis::{changes, gap_in_brief, numbers, probability, verdict};
-use super::shared::{lines, stop_errors, strikes, unused_diagnosis, warnings};
+use super::shared::{lines, stop_errors, strikes, unused_diagnosis, warnings, wrapped};
 use crate::outputs::NEXT_STRIKES;
-use crate::results::Results;
+use crate::results::{Results, Worlds};
 
 /// Lines on rejected strikes, and on logs, that are shown; `--verbose` prints all.
 const MOST_LINES: usize = 6;
@@ -34,12 +34,27 @@ pub fn overview(results: &Results) -> String {
         if let Some(found) = worlds.found() {
             text += &diagnosis(&found.diagnosis);
         }
+        text += &carried(worlds);
         text += &unused_diagnosis(worlds);
     }
     text += &warnings(results);
     text += &stop_errors(results);
     text += &table(results).unwrap_or_default();
     text
+}
+
+/// What serves predictions without a name for the gap; empty where nothing does.
+fn carried(worlds: &Worlds) -> String {
+    let carried = worlds.found().and_then(|found| found.carried.as_ref());
+    let Some(world) = carried.filter(|_| worlds.effect.is_some()) else {
+        return String::new();
+    };
+    let names: Vec<&str> = world.effects.iter().map(|e| e.name.as_str()).collect();
+    let told = format!(
+        "{} as `effect`, which claims no name: strikes that were left out of its fits stop nearer to where it predicts",
+        names.join(" and ")
+    );
+    wrapped("tried", &told)
 }
 
 /// How the table varies beside the default model: from strike to strike, along a session, between sessions.
@@ -151,8 +166,8 @@ fn next(diagnosis: &Diagnosis) -> String {
                 .into()
         }
         (Verdict::Consistent, 1..) => format!(
-            "next       no effect shows that would move stops beyond scatter: none is added. No command was\n           \
-             repeated: the {count} strikes in {NEXT_STRIKES} would tell whether repeats scatter by as much\n"
+            "next       no effect shows that would move stops beyond scatter: none is added. Few commands\n           \
+             were repeated: the {count} strikes in {NEXT_STRIKES} would tell whether repeats scatter by as much\n"
         ),
         (Verdict::Named, 1..) if diagnosis.gap.after > diagnosis.gap.before => format!(
             "next       on held-out strikes the effects bring stops no nearer; the {count} strikes in\n           \
