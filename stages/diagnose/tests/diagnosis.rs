@@ -4,7 +4,7 @@ use diagnose::{Diagnose, DiagnoseError, Diagnosed, Input, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
 use rig::{Hidden, demo};
 use stage::{Progress, Stage};
-use values::{Rig, Shape, Split, Strike};
+use values::{Command, Rig, Shape, Split, Strike};
 use world::World;
 
 fn input(hidden: &str, strikes: usize, seed: u64) -> Input {
@@ -446,4 +446,66 @@ fn a_seam_along_which_strikes_go_is_no_smooth_field() {
     // Along +x, nearly: y = 0.05 · (x - 0.3).
     let seam = diagnose(&input("friction_step=0.3,20,0,0.2,0.005", 120, 48));
     assert_eq!(classes(&seam), [["friction_step"]]);
+}
+
+/// Strikes with nothing hidden, of which these were made with another command than is logged.
+fn struck_otherwise(is_other: impl Fn(usize) -> bool, logged: fn(Command) -> Command) -> Diagnosed {
+    let mut input = input("none", 120, 31);
+    for (i, strike) in input.strikes.iter_mut().enumerate() {
+        if is_other(i) {
+            strike.command = logged(strike.command);
+        }
+    }
+    diagnose(&input)
+}
+
+#[test]
+fn a_few_strikes_that_were_struck_otherwise_are_told_and_nothing_stands_on_them() {
+    let slower = |command: Command| Command::new(command.speed / 1.5, command.angle);
+    let diagnosis = struck_otherwise(|i| i % 15 == 7, slower).diagnosis;
+    assert_eq!(
+        diagnosis.verdict,
+        Verdict::Consistent,
+        "{}",
+        diagnosis.summary
+    );
+    let told = diagnosis.strays.expect("eight are told");
+    assert!(told.starts_with("8 of "), "{told}");
+    assert!(diagnosis.summary.contains(&*told) && !diagnosis.is_another_now);
+    let clean = struck_otherwise(|_| false, slower).diagnosis;
+    assert!(clean.strays.is_none());
+    let ratio = diagnosis.gap.noise_floor / clean.gap.noise_floor;
+    assert!((0.8..1.25).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn the_latest_strikes_that_were_struck_otherwise_are_a_gap_though_they_are_few() {
+    let turned = |command: Command| Command::new(command.speed, command.angle + 0.1);
+    let diagnosis = struck_otherwise(|i| i >= 108, turned).diagnosis;
+    assert_eq!(
+        diagnosis.verdict,
+        Verdict::Unexplained,
+        "{}",
+        diagnosis.summary
+    );
+    assert!(diagnosis.is_another_now, "{}", diagnosis.summary);
+    assert!(
+        diagnosis.summary.contains("the latest"),
+        "{}",
+        diagnosis.summary
+    );
+}
+
+#[test]
+fn what_has_no_name_is_predicted_without_one() {
+    let found = diagnose(&input("magnet=0.48,0.04,0.07,0.9", 120, 47));
+    assert!(found.world.is_none());
+    let carried = found
+        .carried
+        .as_ref()
+        .expect("a world that predicts better");
+    assert_eq!(found.used(), Some(carried));
+    assert!(!carried.effects.is_empty() && found.diagnosis.effects.is_empty());
+    let notes = found.diagnosis.notes.join("\n");
+    assert!(notes.contains("not named, but used"), "{notes}");
 }
