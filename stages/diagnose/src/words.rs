@@ -392,8 +392,8 @@ pub enum Note {
         why: WhyNot,
     },
     /// By how much the squared stop error of strikes that were left out of its fits falls, in m² a strike.
-    #[display("not named, but used where strikes are predicted and solved, for it brings stops of strikes that were left out of its fits nearer (squared \
-         stop error {:+.1} mm² a strike): {}", -1e6 * nearer, list(effects, ", and "))]
+    #[display("not named, but tried as `effect` where strikes are predicted and solved, for it predicts strikes that were left out of its fits better \
+         (squared stop error {:+.1} mm² a strike, before anything is learnt on top): {}", -1e6 * nearer, list(effects, ", and "))]
     Carried {
         effects: Vec<AddedEffect>,
         nearer: f64,

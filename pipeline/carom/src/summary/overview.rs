@@ -51,7 +51,7 @@ fn carried(worlds: &Worlds) -> String {
     };
     let names: Vec<&str> = world.effects.iter().map(|e| e.name.as_str()).collect();
     let told = format!(
-        "{} as `effect`, which claims no name: strikes that were left out of its fits stop nearer to where it predicts",
+        "{} as `effect`, which claims no name: it predicts strikes that were left out of its fits better",
         names.join(" and ")
     );
     wrapped("tried", &told)
@@ -69,7 +69,12 @@ fn table(results: &Results) -> Option<String> {
             heading.to_degrees()
         )
     };
+    // A step, or a cycle, is no walk.
+    let changes = results
+        .found()
+        .is_some_and(|found| found.diagnosis.gap.varies());
     let wander = match varies.wander {
+        [0.0, 0.0, 0.0] if changes => "no walk from strike to strike".into(),
         [0.0, 0.0, 0.0] => "none beyond chance".into(),
         wander => format!("{} a strike", three(wander)),
     };
