@@ -101,13 +101,16 @@ struct Astray {
 }
 
 impl Astray {
-    /// Whether a dependence on what was logged moves stops by more than the strikes that do not stray scatter by, so that it is what these stray by.
+    /// Whether a dependence on the order, or on anything that was logged by which stops move more than the strikes that do not stray scatter, is what these
+    /// stray by.
     fn are_explained(&self, diagnosis: &Diagnosis) -> bool {
         let others = self.told.as_ref().map_or(0.0, |told| told.others);
         let known = diagnosis.cause.as_ref().and_then(Sentence::finding);
         let is_known = match known {
             None => false,
-            Some(Cause::Dependence(Dependence::OfStrikes { size, .. })) => *size >= others,
+            Some(Cause::Dependence(Dependence::OfStrikes { size, form, .. })) => {
+                form.is_some() || *size >= others
+            }
             Some(_) => true,
         };
         diagnosis.verdict == Verdict::Unexplained && is_known
@@ -125,18 +128,17 @@ fn strikes_of<'s>(strikes: &'s [Strike], residuals: &[StopResidual]) -> Vec<&'s 
         .collect()
 }
 
-/// Strikes that stop far from where the others do, with what is named; without it where it explains less than half of those.
-fn strays(strikes: &[&Strike], residuals: &[StopResidual]) -> Strays {
+/// Strikes that stop far from where the others do, without what is named, and with it.
+fn strays(strikes: &[&Strike], residuals: &[StopResidual]) -> [Strays; 2] {
     let ways: Vec<f64> = strikes.iter().map(|strike| strike.path().norm()).collect();
     let of = |error: fn(&StopResidual) -> [f64; 2]| {
         let errors: Vec<[f64; 2]> = residuals.iter().map(error).collect();
         Strays::of(&errors, &ways)
     };
-    let (before, after) = (of(|residual| residual.before), of(|r| r.after));
-    match before.count() < 2 * after.count() {
-        true => before,
-        false => after,
-    }
+    [
+        of(|residual| residual.before),
+        of(|residual| residual.after),
+    ]
 }
 
 /// The strikes that do not stray, and the residuals of those that do.
@@ -222,21 +224,27 @@ impl Diagnose {
         let (mut input, mut astray) = (Cow::Borrowed(input), Astray::default());
         for _ in 0..ROUNDS {
             let strikes = strikes_of(&input.strikes, &found.residuals);
-            let strays = strays(&strikes, &found.residuals);
-            if !strays.are_beyond_tails() {
+            let [before, after] = strays(&strikes, &found.residuals);
+            if !after.are_beyond_tails() {
                 break;
             }
-            let told = StrayStrikes {
+            let told = |strays: &Strays, gathered| StrayStrikes {
                 count: astray.residuals.len() + strays.count(),
                 of,
                 others: strays.others,
-                gathered: Gathered::of(&strays, &strikes),
+                gathered,
             };
             // What follows from what was logged is no stray.
-            if told.gathered.is_some() {
-                astray.told = Some(told);
+            if let Some(gathered) = Gathered::of(&after, &strikes) {
+                astray.told = Some(told(&after, Some(gathered)));
                 break;
             }
+            // What explains less than half of them may stand on the others.
+            let strays = match before.count() < 2 * after.count() {
+                true => before,
+                false => after,
+            };
+            let told = told(&strays, None);
             let round = Astray {
                 told: Some(told),
                 residuals: astray.residuals.clone(),
