@@ -41,6 +41,7 @@ mod search;
 mod sessions;
 mod settings;
 mod smooth;
+mod strays;
 mod strikes;
 mod thresholds;
 mod usable;

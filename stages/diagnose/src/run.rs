@@ -1,12 +1,9 @@
 //! The steps of a diagnosis, in their order.
 
-use std::{
-    borrow::Cow,
-    collections::{BTreeMap, BTreeSet},
-};
+use std::collections::BTreeMap;
 
 use stage::{Progress, Stage};
-use values::{Point, Sentence, Shape, Strays, Strike};
+use values::{Point, Shape, Strike};
 use world::{World, effects::Naming};
 
 use crate::{
@@ -16,7 +13,7 @@ use crate::{
     carry::carried,
     conclude::Case,
     constancy,
-    diagnosis::{Diagnosis, Gap, StopResidual, Verdict},
+    diagnosis::{Gap, StopResidual, Verdict},
     evidence::{self, Alarm, Statistic, replicates},
     facing::{gain_of_facing, is_rather_facing},
     fit::Goal,
@@ -34,7 +31,7 @@ use crate::{
     },
     sessions::is_by_session,
     strikes::PreparedStrikes,
-    words::{Cause, Dependence, Gathered, Note, StrayStrikes, Summary, WhyNot},
+    words::{Cause, Gathered, Note, StrayStrikes, Summary, WhyNot},
 };
 
 impl Stage for Diagnose {
@@ -90,76 +87,6 @@ impl Stage for Diagnose {
     }
 }
 
-/// Rounds in which strays are left out: without the first the others scatter by less, which shows the next.
-const ROUNDS: usize = 3;
-
-/// Strikes that stop far from where the others do, and took no part.
-#[derive(Default)]
-struct Astray {
-    told: Option<StrayStrikes>,
-    residuals: Vec<StopResidual>,
-}
-
-impl Astray {
-    /// Whether a dependence on the order, or on anything that was logged by which stops move more than the strikes that do not stray scatter, is what these
-    /// stray by.
-    fn are_explained(&self, diagnosis: &Diagnosis) -> bool {
-        let others = self.told.as_ref().map_or(0.0, |told| told.others);
-        let known = diagnosis.cause.as_ref().and_then(Sentence::finding);
-        let is_known = match known {
-            None => false,
-            Some(Cause::Dependence(Dependence::OfStrikes { size, form, .. })) => {
-                form.is_some() || *size >= others
-            }
-            Some(_) => true,
-        };
-        diagnosis.verdict == Verdict::Unexplained && is_known
-    }
-}
-
-/// The strikes of these residuals, in their order.
-fn strikes_of<'s>(strikes: &'s [Strike], residuals: &[StopResidual]) -> Vec<&'s Strike> {
-    let by_id: BTreeMap<&str, &Strike> = strikes
-        .iter()
-        .map(|strike| (strike.id.as_str(), strike))
-        .collect();
-    let each = residuals.iter();
-    each.map(|residual| by_id[residual.strike_id.as_str()])
-        .collect()
-}
-
-/// Strikes that stop far from where the others do, without what is named, and with it.
-fn strays(strikes: &[&Strike], residuals: &[StopResidual]) -> [Strays; 2] {
-    let ways: Vec<f64> = strikes.iter().map(|strike| strike.path().norm()).collect();
-    let of = |error: fn(&StopResidual) -> [f64; 2]| {
-        let errors: Vec<[f64; 2]> = residuals.iter().map(error).collect();
-        Strays::of(&errors, &ways)
-    };
-    [
-        of(|residual| residual.before),
-        of(|residual| residual.after),
-    ]
-}
-
-/// The strikes that do not stray, and the residuals of those that do.
-fn others(
-    input: &Input,
-    residuals: &[StopResidual],
-    strays: &Strays,
-) -> (Input, Vec<StopResidual>) {
-    let astray = residuals.iter().zip(&strays.which);
-    let astray = astray.filter(|(_, is_stray)| **is_stray);
-    let astray: Vec<StopResidual> = astray.map(|(residual, _)| residual.clone()).collect();
-    let ids: BTreeSet<&str> = astray.iter().map(|r| r.strike_id.as_str()).collect();
-    let is_other = |strike: &&Strike| !ids.contains(strike.id.as_str());
-    let others = Input {
-        rig: input.rig.clone(),
-        world: input.world.clone(),
-        strikes: input.strikes.iter().filter(is_other).cloned().collect(),
-    };
-    (others, astray)
-}
-
 /// Wander of stops over the order of strikes, or their difference between sessions, in units of what repeats scatter by, from which on something is
 /// missing that changes: tables and arms wander by less. So much do strikes that took no part miss by, where wander may stand for something else.
 const CHANGES: f64 = 3.0;
@@ -213,60 +140,12 @@ fn scatter(gap: &Gap) -> f64 {
 }
 
 impl Diagnose {
-    /// The diagnosis of the strikes that do not stray: what stands by itself does not stand on a few others.
-    fn beside_strays(
+    /// The diagnosis of strikes as the arm delivered them, where its state is logged.
+    pub(crate) fn as_delivered(
         &self,
         input: &Input,
         progress: &Progress,
-    ) -> Result<(Diagnosed, Astray), DiagnoseError> {
-        let mut found = self.as_delivered(input, progress)?;
-        let of = found.residuals.len();
-        let (mut input, mut astray) = (Cow::Borrowed(input), Astray::default());
-        for _ in 0..ROUNDS {
-            let strikes = strikes_of(&input.strikes, &found.residuals);
-            let [before, after] = strays(&strikes, &found.residuals);
-            if !after.are_beyond_tails() {
-                break;
-            }
-            let told = |strays: &Strays, gathered| StrayStrikes {
-                count: astray.residuals.len() + strays.count(),
-                of,
-                others: strays.others,
-                gathered,
-            };
-            // What follows from what was logged is no stray.
-            if let Some(gathered) = Gathered::of(&after, &strikes) {
-                astray.told = Some(told(&after, Some(gathered)));
-                break;
-            }
-            // What explains less than half of them may stand on the others.
-            let strays = match before.count() < 2 * after.count() {
-                true => before,
-                false => after,
-            };
-            let told = told(&strays, None);
-            let round = Astray {
-                told: Some(told),
-                residuals: astray.residuals.clone(),
-            };
-            if round.are_explained(&found.diagnosis) {
-                break;
-            }
-            astray = round;
-            let (others, residuals) = others(&input, &found.residuals, &strays);
-            match self.as_delivered(&others, progress) {
-                Ok(again) => found = again,
-                Err(DiagnoseError::TooFewStrikes { .. } | DiagnoseError::NoFit { .. }) => break,
-                Err(error) => return Err(error),
-            }
-            astray.residuals.extend(residuals);
-            input = Cow::Owned(others);
-        }
-        Ok((found, astray))
-    }
-
-    /// The diagnosis of strikes as the arm delivered them, where its state is logged.
-    fn as_delivered(&self, input: &Input, progress: &Progress) -> Result<Diagnosed, DiagnoseError> {
+    ) -> Result<Diagnosed, DiagnoseError> {
         match Arm::of(input)? {
             Some(arm) => {
                 let found = self.diagnose(&arm.input, Some(&arm), progress)?;

@@ -6,7 +6,7 @@ use std::fmt::{self, Display, Formatter};
 
 use derive_more::Display;
 use serde::{Deserialize, Serialize};
-use values::{Sentence, Strays, Strike};
+use values::{Sentence, Strays};
 use world::effects::AddedEffect;
 
 use crate::{
@@ -185,31 +185,7 @@ impl Gathered {
             }
         )
     }
-
-    /// Along the first of what was logged that strays follow.
-    pub(crate) fn of(strays: &Strays, strikes: &[&Strike]) -> Option<Self> {
-        let along = |of: fn(&Strike) -> f64| {
-            let values: Vec<f64> = strikes.iter().map(|strike| of(strike)).collect();
-            strays.gathered(&values)
-        };
-        let last = strikes.iter().map(|strike| strike.conditions.order);
-        let last = last.fold(0.0, f64::max);
-        let order = along(|strike| strike.conditions.order);
-        let order = order.map(|[from, to]| Self::Order {
-            from: from as usize,
-            to: to as usize,
-            is_latest: to > LATEST * last,
-        });
-        order
-            .or_else(|| along(|s| s.command.speed).map(|[from, to]| Self::Speed(from, to)))
-            .or_else(|| along(|s| s.command.angle).map(|[from, to]| Self::Angle(from, to)))
-            .or_else(|| along(|s| s.initial.x).map(|[from, to]| Self::X(from, to)))
-            .or_else(|| along(|s| s.initial.y).map(|[from, to]| Self::Y(from, to)))
-    }
 }
-
-/// Share of the strikes beyond which they are the latest.
-const LATEST: f64 = 0.95;
 
 impl StrayStrikes {
     /// Whether they are no strays: they follow what was logged, or are a part of the strikes.

@@ -1,0 +1,165 @@
+//! The diagnosis of the strikes that do not stray ([`Strays`]), and where those that do gather.
+
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, BTreeSet},
+};
+
+use stage::Progress;
+use values::{Sentence, Strays, Strike};
+
+use crate::{
+    Diagnose, DiagnoseError, Diagnosed, Input,
+    diagnosis::{Diagnosis, StopResidual, Verdict},
+    words::{Cause, Dependence, Gathered, StrayStrikes},
+};
+
+/// Rounds in which strays are left out: without the first the others scatter by less, which shows the next.
+const ROUNDS: usize = 3;
+
+/// Strikes that stop far from where the others do, and took no part.
+#[derive(Default)]
+pub(crate) struct Astray {
+    pub(crate) told: Option<StrayStrikes>,
+    pub(crate) residuals: Vec<StopResidual>,
+}
+
+impl Astray {
+    /// Whether a dependence on the order, or on anything that was logged by which stops move more than the strikes that do not stray scatter, is what these
+    /// stray by.
+    pub(crate) fn are_explained(&self, diagnosis: &Diagnosis) -> bool {
+        let others = self.told.as_ref().map_or(0.0, |told| told.others);
+        let known = diagnosis.cause.as_ref().and_then(Sentence::finding);
+        let is_known = match known {
+            None => false,
+            Some(Cause::Dependence(Dependence::OfStrikes { size, form, .. })) => {
+                form.is_some() || *size >= others
+            }
+            Some(_) => true,
+        };
+        diagnosis.verdict == Verdict::Unexplained && is_known
+    }
+}
+
+/// The strikes of these residuals, in their order.
+fn strikes_of<'s>(strikes: &'s [Strike], residuals: &[StopResidual]) -> Vec<&'s Strike> {
+    let by_id: BTreeMap<&str, &Strike> = strikes
+        .iter()
+        .map(|strike| (strike.id.as_str(), strike))
+        .collect();
+    let each = residuals.iter();
+    each.map(|residual| by_id[residual.strike_id.as_str()])
+        .collect()
+}
+
+/// Strikes that stop far from where the others do, without what is named, and with it.
+fn strays(strikes: &[&Strike], residuals: &[StopResidual]) -> [Strays; 2] {
+    let ways: Vec<f64> = strikes.iter().map(|strike| strike.path().norm()).collect();
+    let of = |error: fn(&StopResidual) -> [f64; 2]| {
+        let errors: Vec<[f64; 2]> = residuals.iter().map(error).collect();
+        Strays::of(&errors, &ways)
+    };
+    [
+        of(|residual| residual.before),
+        of(|residual| residual.after),
+    ]
+}
+
+/// The strikes that do not stray, and the residuals of those that do.
+fn others(
+    input: &Input,
+    residuals: &[StopResidual],
+    strays: &Strays,
+) -> (Input, Vec<StopResidual>) {
+    let astray = residuals.iter().zip(&strays.which);
+    let astray = astray.filter(|(_, is_stray)| **is_stray);
+    let astray: Vec<StopResidual> = astray.map(|(residual, _)| residual.clone()).collect();
+    let ids: BTreeSet<&str> = astray.iter().map(|r| r.strike_id.as_str()).collect();
+    let is_other = |strike: &&Strike| !ids.contains(strike.id.as_str());
+    let others = Input {
+        rig: input.rig.clone(),
+        world: input.world.clone(),
+        strikes: input.strikes.iter().filter(is_other).cloned().collect(),
+    };
+    (others, astray)
+}
+
+/// Share of the strikes beyond which they are the latest.
+const LATEST: f64 = 0.95;
+
+impl Gathered {
+    /// Along the first of what was logged that strays follow.
+    pub(crate) fn of(strays: &Strays, strikes: &[&Strike]) -> Option<Self> {
+        let along = |of: fn(&Strike) -> f64| {
+            let values: Vec<f64> = strikes.iter().map(|strike| of(strike)).collect();
+            strays.gathered(&values)
+        };
+        let last = strikes.iter().map(|strike| strike.conditions.order);
+        let last = last.fold(0.0, f64::max);
+        let order = along(|strike| strike.conditions.order);
+        let order = order.map(|[from, to]| Self::Order {
+            from: from as usize,
+            to: to as usize,
+            is_latest: to > LATEST * last,
+        });
+        order
+            .or_else(|| along(|s| s.command.speed).map(|[from, to]| Self::Speed(from, to)))
+            .or_else(|| along(|s| s.command.angle).map(|[from, to]| Self::Angle(from, to)))
+            .or_else(|| along(|s| s.initial.x).map(|[from, to]| Self::X(from, to)))
+            .or_else(|| along(|s| s.initial.y).map(|[from, to]| Self::Y(from, to)))
+    }
+}
+
+impl Diagnose {
+    /// The diagnosis of the strikes that do not stray: what stands by itself does not stand on a few others.
+    pub(crate) fn beside_strays(
+        &self,
+        input: &Input,
+        progress: &Progress,
+    ) -> Result<(Diagnosed, Astray), DiagnoseError> {
+        let mut found = self.as_delivered(input, progress)?;
+        let of = found.residuals.len();
+        let (mut input, mut astray) = (Cow::Borrowed(input), Astray::default());
+        for _ in 0..ROUNDS {
+            let strikes = strikes_of(&input.strikes, &found.residuals);
+            let [before, after] = strays(&strikes, &found.residuals);
+            if !after.are_beyond_tails() {
+                break;
+            }
+            let told = |strays: &Strays, gathered| StrayStrikes {
+                count: astray.residuals.len() + strays.count(),
+                of,
+                others: strays.others,
+                gathered,
+            };
+            // What follows from what was logged is no stray.
+            if let Some(gathered) = Gathered::of(&after, &strikes) {
+                astray.told = Some(told(&after, Some(gathered)));
+                break;
+            }
+            // What explains less than half of them may stand on the others.
+            let strays = match before.count() < 2 * after.count() {
+                true => before,
+                false => after,
+            };
+            let told = told(&strays, None);
+            let round = Astray {
+                told: Some(told),
+                residuals: astray.residuals.clone(),
+            };
+            if round.are_explained(&found.diagnosis) {
+                break;
+            }
+            astray = round;
+            let (others, residuals) = others(&input, &found.residuals, &strays);
+            match self.as_delivered(&others, progress) {
+                Ok(again) => found = again,
+                Err(DiagnoseError::TooFewStrikes { .. } | DiagnoseError::NoFit { .. }) => break,
+                Err(error) => return Err(error),
+            }
+            astray.residuals.extend(residuals);
+            input = Cow::Owned(others);
+        }
+        Ok((found, astray))
+    }
+}
