@@ -83,7 +83,10 @@ impl Strays {
         let mut order: Vec<usize> = (0..self.which.len()).collect();
         order.sort_by(|a, b| covariate[*a].total_cmp(&covariate[*b]));
         let count = self.count();
-        let each = [count, order.len() - count].map(|n| 1.0 / n.max(1) as f64);
+        if count == 0 || count == order.len() {
+            return None;
+        }
+        let each = [count, order.len() - count].map(|n| 1.0 / n as f64);
         let (mut ahead, mut most, mut least) = (0.0f64, 0.0f64, 0.0f64);
         for (k, i) in order.iter().enumerate() {
             ahead += if self.which[*i] { each[0] } else { -each[1] };

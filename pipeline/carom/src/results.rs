@@ -199,6 +199,7 @@ impl Results {
         let found = self.found().map(|found| &found.diagnosis);
         let cause = found.and_then(|diagnosis| Some(diagnosis.cause.as_ref()?.to_string()));
         let strays = found.and_then(|diagnosis| Some(diagnosis.strays.as_ref()?.to_string()));
+        let strays = strays.filter(|strays| cause.as_ref() != Some(strays));
         let evaluation = self.evaluation();
         of_fit
             .map(ToString::to_string)

@@ -156,6 +156,7 @@ impl Case<'_, '_> {
                 verdict,
                 cause: judged.cause.map(Sentence::from),
                 strays: None,
+                stray_strikes: Vec::new(),
                 is_another_now: false,
                 p_value: self.p_value.drawn,
                 p_value_signs: self.p_value.flipped,

@@ -21,6 +21,9 @@ pub struct Diagnosis {
     /// Strikes that stop far from where the others do; none where there are no more than long tails have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strays: Option<Sentence<StrayStrikes>>,
+    /// Their ids.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stray_strikes: Vec<String>,
     /// Whether the latest strikes stop far from where those before do: the table, the object or the tip is another now.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_another_now: bool,

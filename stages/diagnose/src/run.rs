@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use stage::{Progress, Stage};
-use values::{Point, Shape, Strike};
+use values::{Point, Sentence, Shape, Strike};
 use world::{World, effects::Naming};
 
 use crate::{
@@ -74,14 +74,15 @@ impl Stage for Diagnose {
             diagnosis.verdict = Verdict::Unexplained;
             diagnosis.summary = Summary::Unexplained(Some(cause.clone())).into();
             diagnosis.cause = Some(cause.into());
-        } else if let Some(told) = strays.told
+        } else if let Some(told) = &strays.told
             && (diagnosis.verdict != Verdict::Unexplained || told.gathered.is_some())
         {
             let summary = Box::new(diagnosis.summary.clone());
             let note = Note::Strays(told.clone());
             diagnosis.summary = Summary::Beside(summary, vec![note]).into();
-            diagnosis.strays = Some(told.into());
         }
+        diagnosis.strays = strays.told.map(Sentence::from);
+        diagnosis.stray_strikes = strays.ids;
         found.residuals.extend(strays.residuals);
         Ok(found)
     }

@@ -17,10 +17,13 @@ use crate::{
 /// Rounds in which strays are left out: without the first the others scatter by less, which shows the next.
 const ROUNDS: usize = 3;
 
-/// Strikes that stop far from where the others do, and took no part.
+/// Strikes that stop far from where the others do.
 #[derive(Default)]
 pub(crate) struct Astray {
     pub(crate) told: Option<StrayStrikes>,
+    /// Their ids.
+    pub(crate) ids: Vec<String>,
+    /// The residuals of those that were left out.
     pub(crate) residuals: Vec<StopResidual>,
 }
 
@@ -126,31 +129,34 @@ impl Diagnose {
             if !after.are_beyond_tails() {
                 break;
             }
-            let told = |strays: &Strays, gathered| StrayStrikes {
-                count: astray.residuals.len() + strays.count(),
-                of,
-                others: strays.others,
-                gathered,
-            };
-            // What follows from what was logged is no stray.
-            if let Some(gathered) = Gathered::of(&after, &strikes) {
-                astray.told = Some(told(&after, Some(gathered)));
-                break;
-            }
-            // What explains less than half of them may stand on the others.
-            let strays = match before.count() < 2 * after.count() {
+            // What follows from what was logged is no stray. What explains less than half of them may stand on the others.
+            let gathered = Gathered::of(&after, &strikes);
+            let strays = match gathered.is_none() && before.count() < 2 * after.count() {
                 true => before,
                 false => after,
             };
-            let told = told(&strays, None);
+            let left_out = astray.residuals.iter().map(|r| r.strike_id.clone());
+            let now = strikes.iter().zip(&strays.which);
+            let now = now.filter(|(_, is_stray)| **is_stray);
+            let ids: Vec<String> = left_out.chain(now.map(|(s, _)| s.id.clone())).collect();
+            let is_gathered = gathered.is_some();
             let round = Astray {
-                told: Some(told),
+                told: Some(StrayStrikes {
+                    count: ids.len(),
+                    of,
+                    others: strays.others,
+                    gathered,
+                }),
+                ids,
                 residuals: astray.residuals.clone(),
             };
-            if round.are_explained(&found.diagnosis) {
+            if !is_gathered && round.are_explained(&found.diagnosis) {
                 break;
             }
             astray = round;
+            if is_gathered {
+                break;
+            }
             let (others, residuals) = others(&input, &found.residuals, &strays);
             match self.as_delivered(&others, progress) {
                 Ok(again) => found = again,

@@ -139,11 +139,12 @@ pub enum Cause {
 
 /// Strikes that stop far from where the others do; those scatter by `others` (m).
 #[derive(Clone, Debug, Display, Serialize, Deserialize)]
-#[display("{count} of {of} strikes stop more than five times as far off as the others scatter ({:.1} mm), {}", 1e3 * others,
+#[display("{count} of {of} strikes stop more than five times as far off as the others scatter ({:.1} mm), {} (`stray_strikes` in diagnosis.json lists them)",
+    1e3 * others,
     gathered.as_ref().map_or_else(
-        || "and nothing that was logged tells which: open them in the report, and look whether the tip grazed or struck twice, a command was \
-            another's, or somebody touched the object".into(),
-        |gathered| format!("nearly all of them {gathered}")))]
+        || "and have nothing in common that was logged: look whether the tip grazed or struck twice, a command was another's, or somebody touched the \
+            object".into(),
+        |gathered| format!("most of them {gathered}")))]
 pub struct StrayStrikes {
     pub count: usize,
     pub of: usize,
@@ -154,11 +155,11 @@ pub struct StrayStrikes {
 /// Where most of the strays are, from and to.
 #[derive(Clone, Debug, Display, Serialize, Deserialize)]
 pub enum Gathered {
-    /// Numbers of strikes.
-    #[display("strikes {} to {}, {}", from + 1, to + 1,
+    /// Numbers of strikes, from 0.
+    #[display("among those of `order` {from} to {to}, {}",
         if *is_latest { "the latest: the object, the tip, the table or the camera is not what it was; log strikes of what it is now, and strike with \
                          --adapt until then" }
-        else { "and not those before and after: look what was changed there, and diagnose each part alone" })]
+        else { "and few before and after: look what was changed there" })]
     Order {
         from: usize,
         to: usize,
@@ -368,8 +369,8 @@ pub enum Note {
         why: WhyNot,
     },
     /// By how much the squared stop error of strikes that were left out of its fits falls, in m² a strike.
-    #[display("not named, but tried as `effect` where strikes are predicted and solved, for it predicts strikes that were left out of its fits better \
-         (squared stop error {:+.1} mm² a strike, before anything is learnt on top): {}", -1e6 * nearer, list(effects, ", and "))]
+    #[display("not named, but fit to serve as `effect`, for together it predicts strikes that were left out of its fits better than the world without \
+         effects (squared stop error {:+.1} mm² a strike, before anything is learnt on top): {}", -1e6 * nearer, list(effects, ", and "))]
     Carried {
         effects: Vec<AddedEffect>,
         nearer: f64,

@@ -507,5 +507,5 @@ fn what_has_no_name_is_predicted_without_one() {
     assert_eq!(found.used(), Some(carried));
     assert!(!carried.effects.is_empty() && found.diagnosis.effects.is_empty());
     let notes = found.diagnosis.notes.join("\n");
-    assert!(notes.contains("not named, but tried"), "{notes}");
+    assert!(notes.contains("not named, but fit to serve"), "{notes}");
 }

@@ -16,8 +16,7 @@ pub enum Note {
         are_left_out: bool,
     },
     #[display(
-        "{count} of {of} strikes were left out: their tracks end more than five times as far off as the others scatter, and a few do not say what world \
-         this is; the diagnosis says what to look at"
+        "{count} of {of} strikes were left out of the identification: their tracks end more than five times as far off in it as the others scatter"
     )]
     Strays { count: usize, of: usize },
     #[display(

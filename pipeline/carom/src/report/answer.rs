@@ -1,6 +1,6 @@
 //! The first screen: what is missing, how sure that is, how much better it is where it will be used, and what to do next.
 
-use diagnose::{Diagnosis, Verdict};
+use diagnose::{Diagnosis, Purpose, Verdict};
 use judge::Evaluation;
 use maud::{Markup, html};
 use store::Model;
@@ -46,6 +46,7 @@ fn missing(shown: &ReportInput<'_>) -> Markup {
         p.said {
             @match diagnosis.verdict {
                 Verdict::Consistent if diagnosis.gap.varies() => { "Nothing by command or place; but stops change over the order of strikes." },
+                Verdict::Consistent if diagnosis.strays.is_some() => { "Nothing that most of these strikes show; some are others." },
                 Verdict::Consistent => { "Nothing that these strikes show." },
                 Verdict::Unexplained => { "Something that no effect of the library explains." },
                 Verdict::Named => {
@@ -74,6 +75,8 @@ fn how_sure(shown: &ReportInput<'_>) -> Markup {
         p {
             @match diagnosis.verdict {
                 Verdict::Consistent if diagnosis.gap.varies() => { "Stops are off by their scatter, and by what changes over the order of strikes. Tracks that differ as much from the world's come " },
+                Verdict::Consistent if diagnosis.strays.is_some() => { "Without the strikes that are others, stops are off by no more than their scatter. Tracks that differ as much from the world's come " },
+                Verdict::Unexplained if diagnosis.strays.is_some() => { "Without the strikes that are others, a gap like what is left comes " },
                 Verdict::Consistent => { "Stops are off by no more than their scatter. Tracks that differ as much from the world's come " },
                 Verdict::Unexplained | Verdict::Named => { "A gap like this comes " },
             }
@@ -204,7 +207,10 @@ fn next(shown: &ReportInput<'_>) -> Markup {
     let results = shown.results;
     let diagnosis = results.found().map(|found| &found.diagnosis);
     let planned = diagnosis.map_or(0, |diagnosis| diagnosis.next_strikes.len());
-    let is_consistent = diagnosis.is_some_and(|diagnosis| diagnosis.verdict == Verdict::Consistent);
+    let repeats = Purpose::Repeats.to_string();
+    let are_repeats = diagnosis
+        .and_then(|diagnosis| diagnosis.next_strikes.first())
+        .is_some_and(|strike| *strike.why == *repeats);
     let is_another_now = diagnosis.is_some_and(|diagnosis| diagnosis.is_another_now);
     let gate = results.version().map(|version| &version.gate);
     let doubts = gate.filter(|gate| !gate.passed);
@@ -230,12 +236,12 @@ fn next(shown: &ReportInput<'_>) -> Markup {
             @if can_strike && knows_sessions {
                 li { "With " code { "--adapt" } " plans follow a new session's table by its first strikes." }
             }
-            @if let Some(told) = diagnosis.and_then(|diagnosis| diagnosis.strays.as_ref()) { li { (told) "." } }
+            @if let Some(told) = diagnosis.and_then(|diagnosis| diagnosis.strays.as_ref()).filter(|_| is_another_now) { li { (told) "." } }
             @if let Some(told) = diagnosis.and_then(|diagnosis| changes(&diagnosis.gap)) { li { (told) "." } }
             @if planned > 0 {
                 li {
                     "The " (planned) " strikes in " code { (NEXT_STRIKES) }
-                    (if is_consistent { " repeat one command, and tell what repeats scatter by: " } else { " tell the candidates apart: " })
+                    (if are_repeats { " repeat one command, and tell what repeats scatter by: " } else { " tell the candidates apart: " })
                     code { "carom collect --plan" } "."
                 }
             }

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use diagnose::{Diagnosis, Parameter, Verdict};
+use store::Model;
 use values::Split;
 
 use super::diagnosis::{changes, gap_in_brief, numbers, probability, verdict};
@@ -34,7 +35,7 @@ pub fn overview(results: &Results) -> String {
         if let Some(found) = worlds.found() {
             text += &diagnosis(&found.diagnosis);
         }
-        text += &carried(worlds);
+        text += &carried(results, worlds);
         text += &unused_diagnosis(worlds);
     }
     text += &warnings(results);
@@ -44,7 +45,7 @@ pub fn overview(results: &Results) -> String {
 }
 
 /// What serves predictions without a name for the gap; empty where nothing does.
-fn carried(worlds: &Worlds) -> String {
+fn carried(results: &Results, worlds: &Worlds) -> String {
     let carried = worlds.found().and_then(|found| found.carried.as_ref());
     let Some(world) = carried.filter(|_| worlds.effect.is_some()) else {
         return String::new();
@@ -54,7 +55,12 @@ fn carried(worlds: &Worlds) -> String {
         "{} as `effect`, which claims no name: it predicts strikes that were left out of its fits better",
         names.join(" and ")
     );
-    wrapped("tried", &told)
+    let version = results.version();
+    let is_used = version.is_some_and(|version| {
+        let model = &version.contents.provenance.default_model;
+        [Model::Effect, Model::EffectResidual].contains(model)
+    });
+    wrapped(if is_used { "used" } else { "tried" }, &told)
 }
 
 /// How the table varies beside the default model: from strike to strike, along a session, between sessions.
@@ -92,9 +98,11 @@ fn table(results: &Results) -> Option<String> {
 
 /// The verdict, one effect a line, the gap, and what to do next.
 fn diagnosis(diagnosis: &Diagnosis) -> String {
+    let are_left_out = diagnosis.strays.is_some() && diagnosis.verdict == Verdict::Consistent;
     let mut text = format!(
-        "diagnosis  {} (p {})\n",
+        "diagnosis  {} ({}p {})\n",
         verdict(diagnosis.verdict),
+        if are_left_out { "but for strays: " } else { "" },
         probability(diagnosis.least_p_value(), diagnosis.replicates)
     );
     for effect in &diagnosis.effects {
