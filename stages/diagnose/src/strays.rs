@@ -129,11 +129,16 @@ impl Diagnose {
             if !after.are_beyond_tails() {
                 break;
             }
-            // What follows from what was logged is no stray. What explains less than half of them may stand on the others.
+            // What follows from what was logged is no stray. Where what is named explains less than half of them, it may stand on them, and leave more
+            // where it is wrong; but not in the order of strikes.
             let gathered = Gathered::of(&after, &strikes);
-            let strays = match gathered.is_none() && before.count() < 2 * after.count() {
-                true => before,
-                false => after,
+            let is_in_order = matches!(gathered, Some(Gathered::Order { .. }));
+            let (strays, gathered) = match !is_in_order && before.count() < 2 * after.count() {
+                true => {
+                    let gathered = Gathered::of(&before, &strikes);
+                    (before, gathered)
+                }
+                false => (after, gathered),
             };
             let left_out = astray.residuals.iter().map(|r| r.strike_id.clone());
             let now = strikes.iter().zip(&strays.which);
