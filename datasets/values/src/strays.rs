@@ -1,5 +1,5 @@
-//! Strikes that stop far from where the others do, though nothing that was logged tells which: a tip that grazed, or struck twice, a command of the
-//! strike before, a hand.
+//! Strikes that stop far from where the others do: a tip that grazed, or struck twice, a command of the strike before, a hand, a table that was
+//! wiped.
 //!
 //! Stop errors are taken relative to the ways, along and across. A robust scatter would hold them where they are many, so the others' is
 //! that of the shortest interval that holds half of all errors (Rousseeuw and Leroy 1988): nearly half may stray.
