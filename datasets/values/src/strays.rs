@@ -7,6 +7,9 @@
 /// How far out a strike must stop, in units of what the others scatter by: one normal error in two million is as far out, and one in a hundred of the
 /// long tails (Student's t with 4 degrees of freedom) that real launches have.
 const FAR: f64 = 5.0;
+/// Least standard deviation of the others, relative to the way: no arm launches twice more alike. Where logs repeat each other exactly, whatever does not
+/// would be as far out as that.
+const LEAST: f64 = 0.003;
 /// Half of the interval that holds half of a normal distribution, in standard deviations.
 const HALF: f64 = 0.6745;
 /// Share of the strikes, and number, that long tails do not reach.
@@ -27,8 +30,8 @@ pub struct Strays {
 }
 
 impl Strays {
-    /// By the errors of the stops, along and across the way (m), and the lengths of the ways (m).
-    pub fn of(errors: &[[f64; 2]], ways: &[f64]) -> Self {
+    /// By the errors of the stops, along and across the way (m), the lengths of the ways (m) and the standard deviation of a centroid (m).
+    pub fn of(errors: &[[f64; 2]], ways: &[f64], camera: f64) -> Self {
         let mut which = vec![false; errors.len()];
         let mut squares = vec![0.0; errors.len()];
         let way = |i: usize| ways[i].max(SHORTEST);
@@ -40,6 +43,7 @@ impl Strays {
             };
             for (i, share) in shares.iter().enumerate() {
                 let away = share - middle;
+                let scatter = scatter.max(LEAST).max(camera / way(i));
                 which[i] |= away.abs() > FAR * scatter;
                 squares[i] += (away * way(i)).powi(2);
             }
@@ -156,7 +160,7 @@ mod tests {
     /// Strikes over 0.3 m whose stops are off along the way by these shares of it.
     fn strays(shares: &[f64]) -> Strays {
         let errors: Vec<[f64; 2]> = shares.iter().map(|share| [0.3 * share, 1e-4]).collect();
-        Strays::of(&errors, &vec![0.3; shares.len()])
+        Strays::of(&errors, &vec![0.3; shares.len()], 7e-4)
     }
 
     #[test]
@@ -171,6 +175,15 @@ mod tests {
             assert_eq!(Strays::is_a_part(found.count(), 120), every == 3);
             assert!((found.others / 0.003 - 1.0).abs() < 0.1, "{}", found.others);
         }
+    }
+
+    #[test]
+    fn beside_exact_repeats_what_a_camera_or_an_arm_scatters_by_is_no_stray() {
+        let mut shares = vec![0.0; 120];
+        shares.iter_mut().step_by(3).for_each(|s| *s += 0.01);
+        assert_eq!(strays(&shares).count(), 0);
+        shares.iter_mut().step_by(12).for_each(|s| *s += 0.2);
+        assert_eq!(strays(&shares).count(), 10);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The gate that a version passes where none is in use that it could be compared with: enough strikes are held out to judge it, they are
-//! predicted better than by the plainest means, and intervals say something.
+//! predicted better than by the plainest means, intervals say something, and the latest strikes are of the table that the others are of.
 
+use diagnose::Diagnosis;
 use judge::{Candidate, HeldOut, Model, stop_errors};
 use serde::{Deserialize, Serialize};
 use stage::Run;
@@ -64,6 +65,9 @@ pub struct FirstVersion {
     /// Restitution, where it is the least: a table may have no friction.
     #[serde(default)]
     pub least: Vec<String>,
+    /// What is said of strikes that stop far from where the others do, where they are the latest.
+    #[serde(default)]
+    pub another_now: Option<String>,
 }
 
 /// Judges the model that a version would be used with, by the latest strikes that are held out.
@@ -71,6 +75,7 @@ pub fn judge(
     run: &Run,
     strikes: &[Strike],
     fit: &Fit,
+    diagnosis: Option<&Diagnosis>,
     floor: Option<StopErrors>,
     candidate: &Candidate,
 ) -> Result<FirstVersion, Error> {
@@ -142,6 +147,9 @@ pub fn judge(
         unbounded: fit.freed.iter().filter(is_unbounded).cloned().collect(),
         greatest: fit.freed.iter().filter(is_greatest).cloned().collect(),
         least: fit.freed.iter().filter(is_least).cloned().collect(),
+        another_now: diagnosis
+            .filter(|diagnosis| diagnosis.is_another_now)
+            .and_then(|diagnosis| Some(diagnosis.strays.as_ref()?.to_string())),
     }
     .decided())
 }
@@ -248,6 +256,11 @@ impl FirstVersion {
                 self.least.join(" and the least ")
             ));
         }
+        if let Some(told) = &self.another_now {
+            doubts.push(format!(
+                "the latest strikes are of another table, object, tip or camera than this version would be of: {told}"
+            ));
+        }
         doubts
     }
 
@@ -349,6 +362,7 @@ mod tests {
             unbounded: Vec::new(),
             greatest: Vec::new(),
             least: Vec::new(),
+            another_now: None,
         }
         .decided()
     }
@@ -414,6 +428,11 @@ mod tests {
             ..gate(20, 0.01, 0.03, 0.1)
         };
         assert!(least.doubts()[0].contains("the least restitution"));
+        let another_now = FirstVersion {
+            another_now: Some("15 of 150 strikes".into()),
+            ..gate(20, 0.01, 0.03, 0.1)
+        };
+        assert!(another_now.doubts()[0].ends_with("15 of 150 strikes"));
     }
 
     #[test]

@@ -157,7 +157,8 @@ fn beyond_worlds(
     let candidate = models.find(|candidate| candidate.name == used);
     let candidate = candidate.ok_or_else(|| Error::failed("publish: no model was learnt"))?;
     let floor = contents.provenance.noise_floor;
-    let gate = first_version::judge(run, strikes, &worlds.fit, floor, &candidate)?;
+    let diagnosis = worlds.found().map(|found| &found.diagnosis);
+    let gate = first_version::judge(run, strikes, &worlds.fit, diagnosis, floor, &candidate)?;
     worlds.version = Some(NewVersion { contents, gate });
     Ok(())
 }

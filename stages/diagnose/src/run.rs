@@ -36,7 +36,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 72;
+    const VERSION: u32 = 73;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;

@@ -6,7 +6,7 @@ use std::{
 };
 
 use stage::Progress;
-use values::{Sentence, Strays, Strike};
+use values::{Rig, Sentence, Strays, Strike};
 
 use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input,
@@ -56,11 +56,11 @@ fn strikes_of<'s>(strikes: &'s [Strike], residuals: &[StopResidual]) -> Vec<&'s 
 }
 
 /// Strikes that stop far from where the others do, without what is named, and with it.
-fn strays(strikes: &[&Strike], residuals: &[StopResidual]) -> [Strays; 2] {
+fn strays(rig: &Rig, strikes: &[&Strike], residuals: &[StopResidual]) -> [Strays; 2] {
     let ways: Vec<f64> = strikes.iter().map(|strike| strike.path().norm()).collect();
     let of = |error: fn(&StopResidual) -> [f64; 2]| {
         let errors: Vec<[f64; 2]> = residuals.iter().map(error).collect();
-        Strays::of(&errors, &ways)
+        Strays::of(&errors, &ways, rig.camera.noise)
     };
     [
         of(|residual| residual.before),
@@ -125,7 +125,7 @@ impl Diagnose {
         let (mut input, mut astray) = (Cow::Borrowed(input), Astray::default());
         for _ in 0..ROUNDS {
             let strikes = strikes_of(&input.strikes, &found.residuals);
-            let [before, after] = strays(&strikes, &found.residuals);
+            let [before, after] = strays(&input.rig, &strikes, &found.residuals);
             if !after.are_beyond_tails() {
                 break;
             }

@@ -157,8 +157,7 @@ pub struct StrayStrikes {
 pub enum Gathered {
     /// Numbers of strikes, from 0.
     #[display("among those of `order` {from} to {to}, {}",
-        if *is_latest { "the latest: the object, the tip, the table or the camera is not what it was; log strikes of what it is now, and strike with \
-                         --adapt until then" }
+        if *is_latest { "the latest: the object, the tip, the table or the camera is not what it was; log strikes of what it is now" }
         else { "and few before and after: look what was changed there" })]
     Order {
         from: usize,

@@ -323,8 +323,8 @@ impl Batch {
         (sum / count.max(1) as f64).sqrt()
     }
 
-    /// The first strikes, of which those whose tracks end far from where the others' do.
-    pub(crate) fn strays(&self, strikes: &[&Strike]) -> Strays {
+    /// The first strikes, of which those whose tracks end far from where the others' do. `camera`: standard deviation of a centroid, in m.
+    pub(crate) fn strays(&self, strikes: &[&Strike], camera: f64) -> Strays {
         let of = |(i, strike): (usize, &&Strike)| {
             let residual = self.residual(i, strike);
             let last = strike.track.len() - 1;
@@ -335,7 +335,7 @@ impl Batch {
             ([off.dot(ahead), across], way.norm())
         };
         let (errors, ways): (Vec<_>, Vec<_>) = strikes.iter().enumerate().map(of).unzip();
-        Strays::of(&errors, &ways)
+        Strays::of(&errors, &ways, camera)
     }
 }
 

@@ -93,7 +93,7 @@ pub struct Fit {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 29;
+    const VERSION: u32 = 30;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -393,7 +393,7 @@ impl Sysid {
         Ok(Identified {
             fit,
             used: used.collect(),
-            strays: after.strays(&launched),
+            strays: after.strays(&launched, input.rig.camera.noise),
         })
     }
 }

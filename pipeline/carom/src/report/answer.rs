@@ -211,7 +211,6 @@ fn next(shown: &ReportInput<'_>) -> Markup {
     let are_repeats = diagnosis
         .and_then(|diagnosis| diagnosis.next_strikes.first())
         .is_some_and(|strike| *strike.why == *repeats);
-    let is_another_now = diagnosis.is_some_and(|diagnosis| diagnosis.is_another_now);
     let gate = results.version().map(|version| &version.gate);
     let doubts = gate.filter(|gate| !gate.passed);
     let doubts: Vec<String> = doubts.iter().flat_map(|gate| gate.doubts()).collect();
@@ -223,7 +222,6 @@ fn next(shown: &ReportInput<'_>) -> Markup {
         p.said {
             @if results.read.check.is_meaningless() { "Mend the logs or the rig file." }
             @else if !doubts.is_empty() { "Record more before you strike." }
-            @else if can_strike && is_another_now { "Log new strikes; until then, strike with " code { "--adapt" } "." }
             @else if can_strike && knows_sessions { "Strike, with " code { "--adapt" } " in a new session." }
             @else if can_strike { "Strike." }
             @else { "Finish the run." }
@@ -236,7 +234,6 @@ fn next(shown: &ReportInput<'_>) -> Markup {
             @if can_strike && knows_sessions {
                 li { "With " code { "--adapt" } " plans follow a new session's table by its first strikes." }
             }
-            @if let Some(told) = diagnosis.and_then(|diagnosis| diagnosis.strays.as_ref()).filter(|_| is_another_now) { li { (told) "." } }
             @if let Some(told) = diagnosis.and_then(|diagnosis| changes(&diagnosis.gap)) { li { (told) "." } }
             @if planned > 0 {
                 li {
