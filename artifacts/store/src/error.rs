@@ -13,7 +13,7 @@ pub enum ArtifactError {
     #[error("change the store {store}: another run does; try again when it has ended")]
     Busy { store: String },
     #[error(
-        "find a version in {store}: there is no `latest`; run `carom run` with `--out {store}` first, or name a version"
+        "find a version in {store}: there is no `latest`, as nothing was published there, or candidates that were refused; `carom artifacts list --out {store}` lists these, `carom run` with that folder says why, and a version can be named"
     )]
     NoLatest { store: String },
     #[error(

@@ -1,8 +1,9 @@
 //! Strikes that stop far from where the others do: a tip that grazed, or struck twice, a command of the strike before, a hand, a table that was
 //! wiped.
 //!
-//! Stop errors are taken relative to the ways, along and across. A robust scatter would hold them where they are many, so the others' is
-//! that of the shortest interval that holds half of all errors (Rousseeuw and Leroy 1988): nearly half may stray.
+//! Stop errors are taken relative to the ways, along and across. A robust scatter would hold them where they are many, so the others' begins with
+//! that of the shortest interval that holds half of all errors: nearly half may stray. Of few strikes it is too short by chance, so that of all that lie
+//! within two and a half of it counts (reweighted, Rousseeuw and Leroy 1987).
 
 /// How far out a strike must stop, in units of what the others scatter by: one normal error in two million is as far out, and one in a hundred of the
 /// long tails (Student's t with 4 degrees of freedom) that real launches have.
@@ -12,6 +13,13 @@ const FAR: f64 = 5.0;
 const LEAST: f64 = 0.003;
 /// Half of the interval that holds half of a normal distribution, in standard deviations.
 const HALF: f64 = 0.6745;
+/// What the shortest interval is too short by where values are few, over their number (Rousseeuw and Leroy 1987).
+const FINITE: f64 = 5.0;
+/// How near values are to it that count, in standard deviations, and the standard deviation of the part of a normal distribution that is as near.
+const NEAR: f64 = 2.5;
+const OF_NEAR: f64 = 0.9546;
+/// From how far out on they are in a tail. One that falls off as a normal, an exponential or a Student's distribution holds more there than beyond [`FAR`].
+const TAIL: f64 = 3.0;
 /// Share of the strikes, and number, that long tails do not reach.
 const TAILS: f64 = 0.03;
 const FEW: usize = 3;
@@ -27,12 +35,14 @@ pub struct Strays {
     pub which: Vec<bool>,
     /// What the stops of the others scatter by, about the middle of their errors, in m.
     pub others: f64,
+    /// How many of the others are in the tails.
+    in_tails: usize,
 }
 
 impl Strays {
     /// By the errors of the stops, along and across the way (m), the lengths of the ways (m) and the standard deviation of a centroid (m).
     pub fn of(errors: &[[f64; 2]], ways: &[f64], camera: f64) -> Self {
-        let mut which = vec![false; errors.len()];
+        let mut farthest = vec![0.0f64; errors.len()];
         let mut squares = vec![0.0; errors.len()];
         let way = |i: usize| ways[i].max(SHORTEST);
         for side in 0..2 {
@@ -44,10 +54,11 @@ impl Strays {
             for (i, share) in shares.iter().enumerate() {
                 let away = share - middle;
                 let scatter = scatter.max(LEAST).max(camera / way(i));
-                which[i] |= away.abs() > FAR * scatter;
+                farthest[i] = farthest[i].max(away.abs() / scatter);
                 squares[i] += (away * way(i)).powi(2);
             }
         }
+        let which: Vec<bool> = farthest.iter().map(|far| *far > FAR).collect();
         let near = squares
             .iter()
             .zip(&which)
@@ -55,6 +66,10 @@ impl Strays {
         let near: Vec<f64> = near.map(|(square, _)| *square).collect();
         Self {
             others: (near.iter().sum::<f64>() / near.len().max(1) as f64).sqrt(),
+            in_tails: farthest
+                .iter()
+                .filter(|far| (TAIL..=FAR).contains(*far))
+                .count(),
             which,
         }
     }
@@ -66,7 +81,8 @@ impl Strays {
 
     /// Whether they are more than long tails have.
     pub fn are_beyond_tails(&self) -> bool {
-        self.count() >= FEW && self.count() as f64 >= TAILS * self.which.len() as f64
+        self.count() >= FEW.max(self.in_tails + 1)
+            && self.count() as f64 >= TAILS * self.which.len() as f64
     }
 
     /// Whether so many of all strikes are a part of them, and no strays.
@@ -130,7 +146,7 @@ fn kuiper(range: f64, one: usize, other: usize) -> f64 {
     (1..=100).map(|j| term(f64::from(j))).sum()
 }
 
-/// Middle and standard deviation of the values as the shortest interval that holds half of them has them.
+/// Middle and standard deviation of the values near the shortest interval that holds half of them.
 fn of_the_nearest_half(values: &[f64]) -> Option<[f64; 2]> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -139,7 +155,13 @@ fn of_the_nearest_half(values: &[f64]) -> Option<[f64; 2]> {
         .windows(half)
         .map(|held| [held[0], held[half - 1]])
         .min_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
-    Some([0.5 * (low + high), 0.5 * (high - low) / HALF])
+    let middle = 0.5 * (low + high);
+    let scatter = 0.5 * (high - low) / HALF * (1.0 + FINITE / values.len() as f64);
+    sorted.retain(|value| (value - middle).abs() <= NEAR * scatter);
+    let count = sorted.len() as f64;
+    let mean = sorted.iter().sum::<f64>() / count;
+    let squares: f64 = sorted.iter().map(|value| (value - mean).powi(2)).sum();
+    Some([mean, (squares / count).sqrt() / OF_NEAR])
 }
 
 #[cfg(test)]
@@ -192,7 +214,7 @@ mod tests {
         let gathered = |is_stray: &dyn Fn(usize) -> bool| {
             let strays = Strays {
                 which: (0..150).map(is_stray).collect(),
-                others: 0.0,
+                ..Strays::default()
             };
             strays.gathered(&order)
         };
@@ -221,9 +243,13 @@ mod tests {
     #[test]
     fn long_tails_are_no_part_and_a_few_strikes_tell_nothing() {
         assert!(!strays(&quantiles(101, logistic)).are_beyond_tails());
+        let laplace = |p: f64| 0.01 * (2.0 * p.min(1.0 - p)).ln().copysign(p - 0.5);
+        let found = strays(&quantiles(101, laplace));
+        assert!(!found.are_beyond_tails(), "{found:?}");
         let cauchy = |p: f64| 0.01 * (std::f64::consts::PI * (p - 0.5)).tan();
         let found = strays(&quantiles(101, cauchy));
-        assert!(found.are_beyond_tails() && !Strays::is_a_part(found.count(), 101));
+        assert!(found.are_beyond_tails(), "{found:?}");
+        assert!(!Strays::is_a_part(found.count(), 101));
         assert!(!strays(&[0.0, 0.0, 0.5]).are_beyond_tails());
         assert_eq!(strays(&[]).count(), 0);
     }

@@ -100,7 +100,8 @@ const JUDGES: usize = 8;
 /// Whether a world fitted to the strikes alone leaves no gap while the identified world, which slides that no strike began or the rig file have
 /// taught as well, leaves a great one.
 fn contradicts_its_strikes(gap: &Gap, residuals: &[StopResidual]) -> bool {
-    missed(gap, residuals).is_some_and(|missed| missed > CONTRADICTS * scatter(gap))
+    missed(gap, residuals)
+        .is_some_and(|missed| missed > (CONTRADICTS * scatter(gap)).max(question::RESOLVED))
 }
 
 /// Share of the strikes that took no part, and their number, from which on those that the world misses by far are no strays.
@@ -124,7 +125,8 @@ fn is_part(missed: usize, of: usize) -> bool {
 fn changes_greatly(gap: &Gap, residuals: &[StopResidual]) -> bool {
     let great = CHANGES * gap.noise_floor;
     f64::max(gap.wander, gap.sessions) > great
-        || gap.varies() && missed(gap, residuals).is_some_and(|missed| missed > great)
+        || gap.varies()
+            && missed(gap, residuals).is_some_and(|missed| missed > CONTRADICTS * scatter(gap))
 }
 
 /// By how much strikes that took no part miss, root mean square in m; none where few judge. One that went astray counts for no more than itself.
@@ -135,9 +137,10 @@ fn missed(gap: &Gap, residuals: &[StopResidual]) -> Option<f64> {
     (gap.heldout_strikes >= JUDGES).then_some(missed)
 }
 
-/// All that stops scatter by, in m.
+/// All that stops scatter by, or what is resolved of them, in m.
 fn scatter(gap: &Gap) -> f64 {
-    gap.noise_floor.hypot(gap.wander).hypot(gap.sessions)
+    let scatter = gap.noise_floor.hypot(gap.wander).hypot(gap.sessions);
+    scatter.max(question::RESOLVED)
 }
 
 impl Diagnose {

@@ -252,7 +252,7 @@ impl Display for What {
 fn by(covariate: &str, form: Option<Form>) -> String {
     match (covariate, form) {
         ("order", Some(Form::Step(at) | Form::StepInSession(at))) => {
-            format!("steps after strike {at} of those that were looked at")
+            format!("steps at the strike of `order` {at}")
         }
         ("order" | "session", Some(Form::Sessions)) => "differs between sessions".into(),
         ("order" | "session", Some(form)) => {

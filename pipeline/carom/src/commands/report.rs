@@ -20,11 +20,11 @@ pub struct ReportArgs {
     pub dir: PathBuf,
 }
 
-/// Writes the report of what the run's cache holds; what is missing is computed.
+/// Writes the report of what the run's cache holds; what is missing is computed, and nothing is published.
 pub fn run(args: &ReportArgs, global: Global) -> Result<Output, Error> {
     let inputs = Inputs::kept(&args.dir)?;
     let run = open(&args.dir, global)?;
-    let results = pipeline(&run, &inputs, Step::Evaluate)?;
+    let results = pipeline(&run, &inputs, Step::Publish)?;
     let path = report::write(&args.dir, &inputs, &results, None)?;
     Ok(Output::done(
         json!({ "report": path }),

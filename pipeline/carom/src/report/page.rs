@@ -41,7 +41,10 @@ pub fn page(shown: &ReportInput<'_>) -> Result<String, PageError> {
         p.lead {
             (results.strikes.len()) " strikes of a " (shown.inputs.rig.object.shape().name()) " from "
             (shown.inputs.logs.len()) " log" (plural(shown.inputs.logs.len()))
-            @if let Some(version) = &shown.provenance.version { ", published as " strong { (version) } }
+            @if let Some(version) = &shown.provenance.version {
+                (if shown.provenance.is_unused { ", kept as a candidate that is not in use, " } else { ", published as " })
+                strong { (version) }
+            }
             @if let Some(version) = &shown.provenance.in_use { ", not in use: " strong { (version) } " is" }
             "."
         }

@@ -14,6 +14,8 @@ use crate::results::Results;
 pub struct Provenance {
     /// Version; none where nothing is published.
     pub version: Option<String>,
+    /// Whether that is no more than a candidate, or was taken back.
+    pub is_unused: bool,
     /// The version in use, where that is not what is shown.
     pub in_use: Option<String>,
     /// Programs and their versions, seeds.
@@ -22,7 +24,7 @@ pub struct Provenance {
     pub hashes: Vec<(String, String)>,
 }
 
-/// Where a version of results comes from (the latest unless it is named); none where nothing is published. Of a version
+/// Where a version of results comes from (the latest unless it is named, or the newest candidate); none where nothing is published. Of a version
 /// that was computed from other logs there is its name alone: the results are not its.
 pub fn provenance(
     dir: &Path,
@@ -30,10 +32,13 @@ pub fn provenance(
     version: Option<&str>,
 ) -> Result<Option<Provenance>, Error> {
     let store = Store::open(dir);
-    let version = version.map(String::from);
-    let Some(version) = version.or_else(|| store.latest().ok()) else {
+    let latest = store.latest().ok();
+    let newest = || Some(store.list().ok()?.pop()?.version);
+    let version = version.map(String::from).or_else(|| latest.clone());
+    let Some(version) = version.or_else(newest) else {
         return Ok(None);
     };
+    let is_unused = latest.as_ref() != Some(&version);
     let manifest = store.show(Some(&version)).map_err(store_error)?;
     let learnt_from: BTreeSet<&str> = manifest
         .provenance
@@ -49,7 +54,7 @@ pub fn provenance(
         .collect();
     if learnt_from != shown {
         return Ok(Some(Provenance {
-            in_use: Some(version),
+            in_use: latest,
             ..Provenance::default()
         }));
     }
@@ -86,6 +91,7 @@ pub fn provenance(
     }
     Ok(Some(Provenance {
         version: Some(version),
+        is_unused,
         in_use: None,
         made_by,
         hashes,

@@ -183,7 +183,7 @@ impl Arm {
             });
             if !is_read {
                 unread.push(law.name);
-            } else if moved(strikes, differs) < question::LITTLE * repeats {
+            } else if moved(strikes, differs) < question::little(repeats) {
                 little.push(law.name);
             } else {
                 self.laws.push(law);

@@ -42,7 +42,15 @@ use self::wander::{Wander, WanderBeside};
 use crate::{fit::Fitted, strikes::PreparedStrikes};
 
 /// Ratio to the scatter of repeats below which motion of stops is no gap: it adds less than 5 % to a stop's error.
-pub(crate) const LITTLE: f64 = 1.0 / 3.0;
+const LITTLE: f64 = 1.0 / 3.0;
+/// Motion of stops, in m, that is no gap where nothing scatters: simulators differ by some micrometres, and logs of one without noise show it.
+pub(crate) const RESOLVED: f64 = 1e-4;
+
+/// Motion of stops (m) below which it is no gap, where repeats scatter by this much.
+pub(crate) fn little(repeats: f64) -> f64 {
+    (LITTLE * repeats).max(RESOLVED)
+}
+
 /// Least share of the strikes' variance that is taken for that of repeats, whatever else is found in it.
 const LEAST_FLOOR: f64 = 0.1;
 /// Covariates that come from before the strike, not from its own command.
@@ -134,16 +142,16 @@ impl Answer {
     pub(crate) fn is_gap(&self) -> bool {
         self.findings
             .iter()
-            .any(|found| found.size > self.least_of(found) * self.floor)
+            .any(|found| found.size > self.least_of(found))
     }
 
-    /// How far a finding must move stops to be a gap, over what repeats scatter by. How a box leaves the tip by the angle at which it is met is
+    /// How far a finding must move stops to be a gap. How a box leaves the tip by the angle at which it is met is
     /// the contact's own, which is modelled no better than that.
     fn least_of(&self, finding: &Finding) -> f64 {
         let is_of_contact = matches!(finding.what, What::Column(column) if column.is_of_launch());
         match self.is_box && is_of_contact && finding.covariate == "angle" {
-            true => 1.0,
-            false => LITTLE,
+            true => little(self.floor).max(self.floor),
+            false => little(self.floor),
         }
     }
 
@@ -223,7 +231,7 @@ impl Answer {
         };
         self.findings
             .iter()
-            .filter(|found| found.size > LITTLE * self.floor)
+            .filter(|found| found.size > little(self.floor))
             .find(is_other)
     }
 }

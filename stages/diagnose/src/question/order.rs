@@ -52,9 +52,9 @@ pub enum Form {
     /// A wander that no other form describes nearly as well.
     WanderAlone,
     Drift,
-    /// A step at this strike, or between sessions beside it.
+    /// A step at the strike of this number, or between sessions beside it.
     Step(usize),
-    /// A step at this strike, far from where a session begins.
+    /// A step at the strike of this number, far from where a session begins.
     StepInSession(usize),
     Wear,
     Cycle,
@@ -290,11 +290,12 @@ impl InOrder {
         match form {
             Form::Step(k) => {
                 let before = DVector::from_fn(n, |i, _| f64::from(i < k));
+                let at = self.numbers[k] as usize;
                 match (self.is_inside(k, &steps), self.of) {
-                    (true, _) => (Form::StepInSession(k), vec![before]),
+                    (true, _) => (Form::StepInSession(at), vec![before]),
                     // Nothing at the tip is known to have changed where a day began.
                     (false, Column::Launch) => (Form::Sessions, self.of_sessions()),
-                    (false, _) => (form, vec![before]),
+                    (false, _) => (Form::Step(at), vec![before]),
                 }
             }
             form => {

@@ -112,7 +112,7 @@ pub(crate) fn least_that_moves_little(
             continue;
         };
         let moved = gap::rms_between(&with, &prepared.ends(&without.model)?);
-        if moved < least.map_or(question::LITTLE * floor, |(_, least)| least) {
+        if moved < least.map_or(question::little(floor), |(_, least)| least) {
             least = Some((place, moved));
         }
     }
