@@ -347,6 +347,8 @@ pub enum Finding {
     },
     /// The arm's measured velocities point beside the ways that its measured places go, by this in the middle.
     StateFrame { beside: f64, strikes: usize },
+    /// The arm's measured velocities point beside its commands, by this in the middle, and objects leave as commanded.
+    StateBeside { beside: f64, strikes: usize },
     /// By the tip's measured places the arm's origin lies here in the camera's frame, and its axes are turned; both then lie this far apart in
     /// the mean. `misses` where a tip that goes to where the camera sees an object misses it.
     Displaced {
@@ -561,7 +563,9 @@ impl Finding {
                 seen,
                 ..
             } if rejected == seen => Severity::Meaningless,
-            Self::StateFrame { .. } | Self::Displaced { misses: true, .. } => Severity::Meaningless,
+            Self::StateFrame { .. }
+            | Self::StateBeside { .. }
+            | Self::Displaced { misses: true, .. } => Severity::Meaningless,
             Self::Swelling {
                 seconds,
                 gains_speed: true,

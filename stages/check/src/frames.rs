@@ -241,6 +241,24 @@ pub fn beside_commands(logs: &[LogRead<'_>]) -> Option<f64> {
     (turns.len() >= FEWEST_OF_ONE && spread < ONE_TURN && by.abs() > TURNED).then_some(by)
 }
 
+/// The arm's measured velocity where it points beside its commands, by no one turn, and objects leave as they say: a state that is mirrored, or another
+/// strike's.
+pub(crate) fn state_beside(logs: &[LogRead<'_>], pairs: &[Pair]) -> Option<Finding> {
+    /// Angle, in rad, in the middle, from which it is told, and how much of it objects may leave beside the commands.
+    const BESIDE: f64 = 0.15;
+    const SHOWN: f64 = 0.5;
+    let logged = logs.iter().filter(|log| !log.seen.is_by_state);
+    let met = logged.flat_map(|log| &log.seen.meetings);
+    let met = met.filter(|m| m.velocity.norm() > 0.0);
+    let state = met.map(|m| wrapped(m.velocity.bearing() - m.command.angle).abs());
+    let state: Vec<f64> = state.collect();
+    let strikes = state.len();
+    let beside = median(state)?;
+    let left = median(turns(pairs, 1.0).into_iter().map(f64::abs))?;
+    (strikes >= FEWEST_OF_ONE && beside > BESIDE && left < SHOWN * beside)
+        .then_some(Finding::StateBeside { beside, strikes })
+}
+
 /// Whether the arm's measured motion and the objects are turned alike, in rad.
 pub fn is_one_turn(moved: f64, left: f64) -> bool {
     wrapped(moved - left).abs() < ONE_TURN

@@ -141,7 +141,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     if !is_torn {
         let state_clocks = clocks::state_clocks(rig, logs, &paired);
         if state_clocks.is_empty() {
-            findings.extend(delivers(logs));
+            findings.extend(delivers(logs, &paired));
         }
         findings.extend(state_clocks);
         findings.extend(clocks::findings(logs, &paired));
@@ -239,7 +239,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     };
     let mut is_other = false;
     if !findings.iter().any(is_wrong) {
-        findings.extend(places::state_frame(logs));
+        findings.extend(places::state_frame(logs).or_else(|| frames::state_beside(logs, &all)));
         let apart = touches::findings(rig, logs);
         if apart.is_empty() {
             findings.extend(places::findings(rig, logs, delay));
@@ -420,7 +420,7 @@ fn log_limits(rig: &Rig, log: &LogRead<'_>, pairs: &[Pair], all: &[Pair]) -> Opt
 }
 
 /// The finding that an arm moves at another speed than commanded, by its measured state: of all logs together, or of one.
-fn delivers(logs: &[LogRead<'_>]) -> Option<Finding> {
+fn delivers(logs: &[LogRead<'_>], paired: &[Pairs]) -> Option<Finding> {
     /// What an arm may deliver of the commanded speed, and the relative spread below which it is one share.
     const SHARES: std::ops::Range<f64> = 0.3..2.0;
     const ONE: f64 = 0.1;
@@ -436,7 +436,48 @@ fn delivers(logs: &[LogRead<'_>]) -> Option<Finding> {
         })
     };
     let of_one = |log| of(std::slice::from_ref(log), Some(log.name));
-    of(logs, None).or_else(|| logs.iter().find_map(of_one))
+    of(logs, None)
+        .or_else(|| logs.iter().find_map(of_one))
+        .or_else(|| delivers_apart(logs, paired))
+}
+
+/// A log in which the arm moves at another part of the commanded speed than in most, by its measured state, while objects leave as fast as in these.
+fn delivers_apart(logs: &[LogRead<'_>], paired: &[Pairs]) -> Option<Finding> {
+    /// Ratio of the parts that is told; how much of it objects may show; and the relative spread below which it is one part.
+    const APART: f64 = 1.05;
+    const SHOWN: f64 = 1.0 / 3.0;
+    const ONE: f64 = 0.1;
+    let each = logs.iter().zip(paired).filter_map(|(log, of)| {
+        let shares: Vec<f64> = log
+            .seen
+            .meetings
+            .iter()
+            .filter_map(|m| m.delivered)
+            .collect();
+        let (share, spread) = median_spread(&shares)?;
+        let launch = median(of.pairs.iter().map(Pair::speed_ratio))?;
+        (shares.len() >= FEWEST && spread < ONE * share && launch > 0.0).then_some((
+            log,
+            shares.len(),
+            share,
+            launch,
+        ))
+    });
+    let each: Vec<_> = each.collect();
+    let parts: Vec<f64> = each.iter().map(|(_, _, share, _)| share.ln()).collect();
+    let launches: Vec<f64> = each.iter().map(|(.., launch)| launch.ln()).collect();
+    let (part, launch) = (usual(&parts)?, usual(&launches)?);
+    each.iter().zip(parts.iter().zip(&launches)).find_map(
+        |((log, strikes, share, _), (own, left))| {
+            let apart = own - part;
+            let is_told = apart.abs() > APART.ln() && (left - launch).abs() < SHOWN * apart.abs();
+            is_told.then(|| Finding::Delivers {
+                log: Some(log.name.into()),
+                share: *share,
+                strikes: *strikes,
+            })
+        },
+    )
 }
 
 /// Logs of which many strikes were not kept, each with the reason that most were rejected for. What another log holds is no loss.
@@ -758,7 +799,7 @@ mod tests {
                 meetings: meetings.collect(),
                 ..ingest::Seen::default()
             };
-            delivers(&[read(&seen)])
+            delivers(&[read(&seen)], &[Pairs::default()])
         };
         for unit in [1.0 / 3.6, 3.6] {
             let found = told(unit, 0.02);

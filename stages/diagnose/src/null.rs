@@ -24,23 +24,33 @@ const AFTER: usize = 4;
 
 /// Fits the world without effects from where it was identified; the strikes come back with their noise and frames.
 pub(crate) fn fit_null<'a>(
+    prepared: PreparedStrikes<'a>,
+    world: &World,
+    greatest_wander: f64,
+) -> Result<(PreparedStrikes<'a>, Fitted), DiagnoseError> {
+    let plain = Model::plain(
+        world.value("friction")?,
+        world.value("restitution")?,
+        prepared.rig,
+        prepared.thresholds,
+    );
+    fit_anew(prepared, world, &plain, greatest_wander)
+}
+
+/// Fits a model, and the noise about it, to strikes that nothing is known of yet; they come back with their noise and frames.
+pub(crate) fn fit_anew<'a>(
     mut prepared: PreparedStrikes<'a>,
     world: &World,
+    model: &Model,
     greatest_wander: f64,
 ) -> Result<(PreparedStrikes<'a>, Fitted), DiagnoseError> {
     let camera = &prepared.rig.camera;
     let frame = 1.0 / camera.rate;
     let mut about = world.value("restitution")?;
-    let plain = Model::plain(
-        world.value("friction")?,
-        about,
-        prepared.rig,
-        prepared.thresholds,
-    );
     let components = VarianceComponents::initial(camera.noise, frame, greatest_wander);
     let start = vec![Nuisances::zeros(); prepared.strikes.len()];
     let mut null = prepared
-        .fit(&plain, &components, &start, Goal::Settled)?
+        .fit(model, &components, &start, Goal::Settled)?
         .ok_or_else(diverges)?;
     for _ in 0..REBASED {
         if (null.model.values[RESTITUTION] - about).abs() < FAR {

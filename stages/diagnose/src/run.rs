@@ -19,8 +19,10 @@ use crate::{
     fit::Goal,
     gap,
     heldout::{self, Gains},
-    maps, notes,
-    null::fit_null,
+    maps,
+    model::Model,
+    notes,
+    null::{fit_anew, fit_null},
     question::{self, Answer, Before},
     score::ScoreTest,
     screen::{Chance, screen_by},
@@ -100,8 +102,7 @@ const JUDGES: usize = 8;
 /// Whether a world fitted to the strikes alone leaves no gap while the identified world, which slides that no strike began or the rig file have
 /// taught as well, leaves a great one.
 fn contradicts_its_strikes(gap: &Gap, residuals: &[StopResidual]) -> bool {
-    missed(gap, residuals)
-        .is_some_and(|missed| missed > (CONTRADICTS * scatter(gap)).max(question::RESOLVED))
+    missed(gap, residuals).is_some_and(|missed| missed > CONTRADICTS * scatter(gap))
 }
 
 /// Share of the strikes that took no part, and their number, from which on those that the world misses by far are no strays.
@@ -125,8 +126,7 @@ fn is_part(missed: usize, of: usize) -> bool {
 fn changes_greatly(gap: &Gap, residuals: &[StopResidual]) -> bool {
     let great = CHANGES * gap.noise_floor;
     f64::max(gap.wander, gap.sessions) > great
-        || gap.varies()
-            && missed(gap, residuals).is_some_and(|missed| missed > CONTRADICTS * scatter(gap))
+        || gap.varies() && missed(gap, residuals).is_some_and(|missed| missed > great)
 }
 
 /// By how much strikes that took no part miss, root mean square in m; none where few judge. One that went astray counts for no more than itself.
@@ -152,20 +152,55 @@ impl Diagnose {
     ) -> Result<Diagnosed, DiagnoseError> {
         match Arm::of(input)? {
             Some(arm) => {
-                let found = self.diagnose(&arm.input, Some(&arm), progress)?;
-                arm.complete(found, input)
+                let (found, model) = self.diagnose(&arm.input, Some(&arm), progress)?;
+                // What the arm does beside its laws is no scatter, and objects do not follow a state that is wrong: strikes as they were commanded
+                // tell both, and then are diagnosed themselves.
+                let verdict = found.diagnosis.verdict;
+                let by_laws = arm.moves(input)?;
+                let is_explained = |asked: &Answer| match verdict {
+                    Verdict::Unexplained => true,
+                    Verdict::Named => !asked.is_beyond(f64::INFINITY),
+                    Verdict::Consistent => !asked.is_beyond(by_laws),
+                };
+                match self.as_commanded(input, &arm.with_laws(model)) {
+                    Ok((asked, variation)) if is_explained(&asked) => {
+                        arm.complete(found, input, variation)
+                    }
+                    Ok(_) | Err(DiagnoseError::NoFit { .. }) => {
+                        let (mut found, _) = self.diagnose(input, None, progress)?;
+                        found.diagnosis.notes.push(Note::AsCommanded.into());
+                        Ok(found)
+                    }
+                    Err(error) => Err(error),
+                }
             }
-            None => self.diagnose(input, None, progress),
+            None => Ok(self.diagnose(input, None, progress)?.0),
         }
     }
 
-    /// The diagnosis of strikes as they were commanded, or as they were delivered, which no effect of the arm explains.
+    /// What the question answers of strikes as they were commanded about this model, and how their stops vary.
+    fn as_commanded(
+        &self,
+        input: &Input,
+        model: &Model,
+    ) -> Result<(Answer, question::Variation), DiagnoseError> {
+        let usable = self.usable(input)?;
+        let (prepared, _) =
+            PreparedStrikes::of(&input.rig, &input.world, &usable.strikes, &self.thresholds)?;
+        let greatest_wander = self.thresholds.small_wander;
+        let (prepared, fitted) = fit_anew(prepared, &input.world, model, greatest_wander)?;
+        let asked = question::ask(&prepared, &fitted, &before(input, &prepared), self.seed);
+        let variation = question::variation(&prepared, &fitted, &asked);
+        Ok((asked, variation))
+    }
+
+    /// The diagnosis of strikes as they were commanded, or as they were delivered, which no effect of the arm explains; with the model that it ends in.
     fn diagnose(
         &self,
         input: &Input,
         arm: Option<&Arm>,
         progress: &Progress,
-    ) -> Result<Diagnosed, DiagnoseError> {
+    ) -> Result<(Diagnosed, Model), DiagnoseError> {
         let is_delivered = arm.is_some();
         let rig = &input.rig;
         progress.set_message("how the object leaves the tip");
@@ -334,7 +369,11 @@ impl Diagnose {
                 found.diagnosis.notes.push(note.into());
             }
         }
-        Ok(found)
+        let model = match found.world {
+            Some(_) => selection.fitted.model.clone(),
+            None => selection.null.model.clone(),
+        };
+        Ok((found, model))
     }
 }
 

@@ -35,7 +35,7 @@ impl Astray {
         let known = diagnosis.cause.as_ref().and_then(Sentence::finding);
         let is_known = match known {
             None => false,
-            Some(Cause::Dependence(Dependence::OfStrikes { size, form, .. })) => {
+            Some(Cause::Dependence(Dependence { size, form, .. })) => {
                 form.is_some() || *size >= others
             }
             Some(_) => true,
@@ -133,7 +133,10 @@ impl Diagnose {
             // where it is wrong; but not in the order of strikes.
             let gathered = Gathered::of(&after, &strikes);
             let is_in_order = matches!(gathered, Some(Gathered::Order { .. }));
-            let (strays, gathered) = match !is_in_order && before.count() < 2 * after.count() {
+            let (strays, gathered) = match !is_in_order
+                && before.are_beyond_tails()
+                && before.count() < 2 * after.count()
+            {
                 true => {
                     let gathered = Gathered::of(&before, &strikes);
                     (before, gathered)

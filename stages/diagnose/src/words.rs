@@ -50,7 +50,6 @@ pub enum Summary {
         list(_0, ", and ")
     )]
     ArmAndUnexplained(Vec<AddedEffect>, Box<Sentence<Summary>>),
-    Arm(Cause),
 }
 
 /// An effect, and all that may as well stand in its place.
@@ -133,8 +132,6 @@ pub enum Cause {
     },
     #[display("{_0}")]
     PartStrays(StrayStrikes),
-    #[display("the arm errs as no candidate does: {_0}; beside that there is no gap")]
-    Arm(Sentence<Dependence>),
 }
 
 /// Strikes that stop far from where the others do; those scatter by `others` (m).
@@ -194,45 +191,25 @@ impl StrayStrikes {
     }
 }
 
-/// What launches, friction or pushes depend on.
+/// What launches, friction or pushes depend on. `size`: by how much it moves stops.
 #[derive(Clone, Debug, Display, Serialize, Deserialize)]
-pub enum Dependence {
-    /// `size`: by how much it moves stops.
-    #[display("{what} {}, which moves stops by {:.1} mm", by(covariate, *form), 1e3 * size)]
-    OfStrikes {
-        what: What,
-        covariate: String,
-        form: Option<Form>,
-        size: f64,
-    },
-    #[display("the arm's logged state is off by {:+.1} % of speed at {at}", 100.0 * off)]
-    DeliveredSpeed { off: f64, at: At },
-    #[display("the arm's logged state is off by {:+.1}° of angle at {at}", off.to_degrees())]
-    DeliveredAngle { off: f64, at: At },
+#[display("{what} {}, which moves stops by {:.1} mm", by(covariate, *form), 1e3 * size)]
+pub struct Dependence {
+    pub what: What,
+    pub covariate: String,
+    pub form: Option<Form>,
+    pub size: f64,
 }
 
 impl From<&Finding> for Dependence {
     fn from(finding: &Finding) -> Self {
-        Self::OfStrikes {
+        Self {
             what: finding.what,
             covariate: finding.covariate.into(),
             form: finding.form,
             size: finding.size,
         }
     }
-}
-
-/// A place among the commands or on the table.
-#[derive(Clone, Debug, Display, Serialize, Deserialize)]
-pub enum At {
-    #[display("a commanded {_0:.2} m/s")]
-    Speed(f64),
-    #[display("a commanded {:.0}°", _0.to_degrees())]
-    Angle(f64),
-    #[display("a start at x = {_0:.2} m")]
-    X(f64),
-    #[display("a start at y = {_0:.2} m")]
-    Y(f64),
 }
 
 impl Display for What {
@@ -439,8 +416,11 @@ pub enum Note {
     },
     #[display("beside what the arm does there is a gap that no candidate explains")]
     UnexplainedBesideArm,
-    #[display("what the arm makes of its commands depends on them as no law of the library does: {}", _0.join("; "))]
-    ArmUnexplained(Vec<Sentence<Dependence>>),
+    #[display(
+        "the arm's state is logged, and strikes depend on more than what it says of launches and what was found beside it: they were diagnosed as \
+         they were commanded"
+    )]
+    AsCommanded,
 }
 
 /// Share by which a camera's lengths may be too long, to say what that would do.

@@ -126,7 +126,7 @@ fn an_arm_that_errs_as_no_law_does_is_told_and_where() {
         let found = diagnosis(hidden, true).diagnosis;
         assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.summary);
         assert_eq!(found.r#where[0].covariate, covariate, "{hidden}");
-        assert!(found.cause.expect("known").contains("logged state"));
+        assert!(found.cause.expect("known").contains("depends on"));
         assert!(
             found.gap.after > 1.5 * found.gap.noise_floor,
             "{:?}",

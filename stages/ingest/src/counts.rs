@@ -5,8 +5,8 @@ use values::Rig;
 use crate::notes::Note;
 use crate::robust::median;
 
-/// Frames whose rate differs from the rig file's by more than this part come from another camera, or the file is wrong.
-const OTHER_RATE: f64 = 0.1;
+/// Frames whose rate differs from the rig file's by more than this part come from another camera, or their clock or the file is wrong.
+const OTHER_RATE: f64 = 0.03;
 
 /// Centroids that were left out, and how often they came.
 #[derive(Default)]

@@ -82,7 +82,8 @@ pub enum Note {
     MotionsLate { count: usize, of: usize, by: f64 },
     /// In Hz: of the log, and of the rig file.
     #[display(
-        "frames come at {rate:.0} Hz, and the rig file says camera.rate = {stated}: set it to what the camera does"
+        "frames come at {rate:.1} Hz, and the rig file says camera.rate = {stated}: set it to what the camera does; where that is right, the clock of the \
+         stamps is not, and friction comes out wrong by twice as much"
     )]
     OtherRate { rate: f64, stated: f64 },
 }

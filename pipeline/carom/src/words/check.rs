@@ -460,6 +460,15 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "the velocity is told in the tool's frame (the child frame of nav_msgs/msg/Odometry), and the place in the table's",
             "log both in the frame `table`: turn the velocity by the orientation of the tool".into(),
         ),
+        Finding::StateBeside { beside, strikes } => said(
+            format!(
+                "as {strikes} objects begin to move, the arm's measured velocity points {:.0}° beside its commands, in the middle, and objects leave as \
+                 commanded",
+                beside.to_degrees()
+            ),
+            "the state is mirrored, its axes are exchanged, or it is that of other strikes",
+            "log the arm's state in the frame `table`, as its commands are".into(),
+        ),
         Finding::Displaced {
             by,
             turn,

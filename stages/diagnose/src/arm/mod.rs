@@ -4,30 +4,30 @@
 //! the arm. What the arm does is a regression of its own, of delivered on commanded speeds and angles, by the formulas of the library's
 //! effects of the striker.
 
+use std::collections::BTreeMap;
+
 use values::{
-    ArmScatter, Point, Sentence, Split, Strike, arm_scatter, calibrated, delivered_strikes,
+    ArmScatter, Command, Point, Sentence, Split, Strike, arm_scatter, calibrated, delivered_strikes,
 };
 use world::{
     Estimate,
-    effects::{self, Origin, effect},
+    effects::{self, Effect, Origin, effect},
 };
 
 use crate::diagnosis::{Diagnosis, NamedEffect, Parameter, Verdict};
 use crate::gap;
-use crate::model::specification;
+use crate::model::{Model, Part, specification};
 use crate::notes;
-use crate::question::{self, StandardDeviation, Variation};
-use crate::words::{Cause, Note, Summary, WhyNot};
+use crate::question::{self, Variation};
+use crate::words::{Note, Summary, WhyNot};
 use crate::{DiagnoseError, Diagnosed, Input};
 
 use forms::{Pair, Quantity};
 use law::{CHANCE, Law, fit};
-use unexplained::{Unexplained, unexplained};
 
 mod descent;
 mod forms;
 mod law;
-mod unexplained;
 
 /// Whether an effect is the arm's own: it is estimated here, where the arm's state is known.
 fn is_the_arms(name: &str) -> bool {
@@ -37,8 +37,6 @@ fn is_the_arms(name: &str) -> bool {
 /// An arm whose state was logged.
 pub(crate) struct Arm {
     laws: Vec<Law>,
-    /// Dependences of the delivered launch that the laws leave.
-    unexplained: Vec<Unexplained>,
     /// The input with each strike's command replaced by what the arm delivered.
     pub(crate) input: Input,
 }
@@ -51,16 +49,11 @@ impl Arm {
         };
         let fitted = fitted(input);
         let laws = fit(&input.rig, &fitted)?;
-        let unexplained = unexplained(&input.rig, &laws, &fitted)?;
         let input = Input {
             strikes,
             ..input.clone()
         };
-        Ok(Some(Self {
-            laws,
-            unexplained,
-            input,
-        }))
+        Ok(Some(Self { laws, input }))
     }
 
     /// Whether an effect is one of the arm, or the name of a law found here.
@@ -68,11 +61,46 @@ impl Arm {
         is_the_arms(name) || self.laws.iter().any(|law| law.name == name)
     }
 
-    /// Completes a diagnosis made from delivered launches by what the arm does to its commands.
+    /// A model with the laws, as they are.
+    pub(crate) fn with_laws(&self, model: Model) -> Model {
+        self.laws.iter().fold(model, |model, law| {
+            let parameters = law.added.parameters.iter();
+            model.with(Part {
+                name: law.name,
+                parameters: parameters
+                    .map(|(name, e)| (name.clone(), e.value))
+                    .collect(),
+                free: Vec::new(),
+                strengths: Vec::new(),
+                within: BTreeMap::new(),
+                shrinks_to: None,
+            })
+        })
+    }
+
+    /// By how much the laws move the stops of these strikes, root mean square in m.
+    pub(crate) fn moves(&self, input: &Input) -> Result<f64, DiagnoseError> {
+        let effects = self.effects(input)?;
+        let by_laws = |strike: &Strike| {
+            let (command, from) = (strike.command, strike.initial);
+            let by = effects::deliver(&effects, command, from, &strike.conditions);
+            beside(command, by)
+        };
+        Ok(moved(&fitted(input), by_laws))
+    }
+
+    fn effects(&self, input: &Input) -> Result<Vec<Box<dyn Effect>>, DiagnoseError> {
+        let laws = self.laws.iter();
+        let built = laws.map(|law| effects::build(&law.added, &input.rig));
+        Ok(built.collect::<Result<Vec<_>, _>>()?)
+    }
+
+    /// Completes a diagnosis made from delivered launches by what the arm does to its commands, about which stops vary so.
     pub(crate) fn complete(
         mut self,
         mut found: Diagnosed,
         input: &Input,
+        variation: Variation,
     ) -> Result<Diagnosed, DiagnoseError> {
         let strikes: Vec<&Strike> = input
             .strikes
@@ -81,7 +109,6 @@ impl Arm {
             .collect();
         let fitted = fitted(input);
         let beside = self.beside_laws(input)?;
-        let repeatability = self.repeatability(beside);
         // A world that was fitted here scatters by the impact alone; the identified one by the arm, too.
         let mut impact = found.world.as_ref().unwrap_or(&input.world).scatter;
         match &mut found.world {
@@ -97,7 +124,7 @@ impl Arm {
         }
         let diagnosis = &mut found.diagnosis;
         let delivered = Note::Delivered {
-            arm: [repeatability.speed, repeatability.angle],
+            arm: [beside.speed, beside.angle],
             impact: [impact.speed, impact.angle],
         };
         diagnosis.notes.push(delivered.into());
@@ -106,9 +133,7 @@ impl Arm {
             named.equivalent.retain(|name| !is_the_arms(name));
             named.rivals.retain(|rival| !is_the_arms(&rival.name));
         }
-        let by_arm = moved(&fitted, |_| repeatability);
-        let repeats = diagnosis.gap.noise_floor.hypot(by_arm);
-        let left_out = self.without_little(input, &fitted, repeats)?;
+        let left_out = self.without_little(input, &fitted, variation.repeats.value)?;
         diagnosis.notes.extend(left_out.map(Sentence::from));
         if !self.laws.is_empty() {
             self.name_laws(diagnosis);
@@ -116,7 +141,6 @@ impl Arm {
             let added = self.laws.iter().map(|law| law.added.clone());
             world.effects.splice(0..0, added);
         }
-        self.tell_unexplained(diagnosis);
         // What a command gives: before, after and the floor hold what the arm makes of it.
         let before = gap::stop_residuals(&input.rig, &input.world, &strikes)?;
         let after = match &found.world {
@@ -125,21 +149,13 @@ impl Arm {
         };
         found.residuals = gap::residuals(&strikes, &before, &after);
         let judges = |residuals: &[_]| gap::of_part(&strikes, residuals, true);
-        let gap = &found.diagnosis.gap;
-        let variation = Variation {
-            repeats: StandardDeviation::known(repeats),
-            wander: StandardDeviation::of(gap.wander, gap.wander_95),
-            sessions: StandardDeviation::of(gap.sessions, gap.sessions_95),
-        };
         found.diagnosis.gap = gap::gap(&judges(&before), &judges(&after), variation);
         Ok(found)
     }
 
     /// By how much deliveries differ from what the laws make of their commands, root mean square.
     fn beside_laws(&self, input: &Input) -> Result<ArmScatter, DiagnoseError> {
-        let laws = self.laws.iter();
-        let laws = laws.map(|law| effects::build(&law.added, &input.rig));
-        let laws = laws.collect::<Result<Vec<_>, _>>()?;
+        let laws = self.effects(input)?;
         let each = input.strikes.iter().zip(calibrated(&input.strikes));
         let fitted = each.filter(|(strike, _)| is_fitted(strike));
         let pairs: Vec<Pair<'_>> = fitted
@@ -171,11 +187,10 @@ impl Arm {
             let effect = effects::build(&law.added, &input.rig)?;
             let differs = |strike: &Strike| {
                 let command = strike.command;
-                let by = effect.deliver(command, strike.initial, &strike.conditions);
-                ArmScatter {
-                    speed: by.speed / command.speed.max(1e-9) - 1.0,
-                    angle: by.angle - command.angle,
-                }
+                beside(
+                    command,
+                    effect.deliver(command, strike.initial, &strike.conditions),
+                )
             };
             let is_read = strikes.iter().any(|strike| {
                 let by = differs(strike);
@@ -194,19 +209,6 @@ impl Arm {
             notes::not_named(&unread, WhyNot::Unread { speed, angle })
         });
         Ok(notes::little(&little).into_iter().chain(unread))
-    }
-
-    /// Scatter of what the arm delivers for repeats of one command: dependences that the laws leave do not count as scatter.
-    fn repeatability(&self, scatter: ArmScatter) -> ArmScatter {
-        let rest = |quantity| {
-            let of_it = self.unexplained.iter().filter(|u| u.quantity == quantity);
-            let share = of_it.map(|u| u.dependence.share).fold(0.0, f64::max);
-            (1.0 - share).sqrt()
-        };
-        ArmScatter {
-            speed: scatter.speed * rest(Quantity::Speed),
-            angle: scatter.angle * rest(Quantity::Angle),
-        }
     }
 
     /// Names the laws before what was found beside them.
@@ -229,28 +231,6 @@ impl Arm {
         }
         diagnosis.effects.splice(0..0, named);
     }
-
-    /// Tells what launches depend on beside the laws: by itself it is a gap that no candidate explains.
-    fn tell_unexplained(&self, diagnosis: &mut Diagnosis) {
-        let Some(Unexplained {
-            dependence: first, ..
-        }) = self.unexplained.first()
-        else {
-            return;
-        };
-        let all = || self.unexplained.iter().map(|u| u.dependence.clone());
-        let depends = all().map(|dependence| dependence.description).collect();
-        let depends = Note::ArmUnexplained(depends);
-        diagnosis.notes.push(depends.into());
-        if diagnosis.verdict == Verdict::Consistent {
-            diagnosis.verdict = Verdict::Unexplained;
-            let cause = Cause::Arm(first.description.clone());
-            diagnosis.summary = Summary::Arm(cause.clone()).into();
-            diagnosis.cause = Some(cause.into());
-            (diagnosis.p_value, diagnosis.p_value_signs) = (first.p_value, first.p_value);
-        }
-        diagnosis.r#where.splice(0..0, all());
-    }
 }
 
 /// The strikes that fit and choose.
@@ -268,6 +248,14 @@ const READ: ArmScatter = ArmScatter {
     speed: 0.005,
     angle: 0.002,
 };
+
+/// By how much a delivery differs from its command.
+fn beside(command: Command, by: Command) -> ArmScatter {
+    ArmScatter {
+        speed: by.speed / command.speed.max(1e-9) - 1.0,
+        angle: by.angle - command.angle,
+    }
+}
 
 /// Root mean square motion of stops, in m, for launches that differ by `differs`: the distance goes as the square of the speed.
 fn moved(strikes: &[&Strike], differs: impl Fn(&Strike) -> ArmScatter) -> f64 {

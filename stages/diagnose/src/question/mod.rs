@@ -145,6 +145,15 @@ impl Answer {
             .any(|found| found.size > self.least_of(found))
     }
 
+    /// Whether a gap is left beside names that move stops by `by` (m): a finding that moves them by more than repeats scatter, or has more than half of
+    /// the names' variance.
+    pub(crate) fn is_beyond(&self, by: f64) -> bool {
+        let least = self.floor.min(FRAC_1_SQRT_2 * by);
+        self.findings
+            .iter()
+            .any(|found| found.size > least.max(self.least_of(found)))
+    }
+
     /// How far a finding must move stops to be a gap. How a box leaves the tip by the angle at which it is met is
     /// the contact's own, which is modelled no better than that.
     fn least_of(&self, finding: &Finding) -> f64 {
