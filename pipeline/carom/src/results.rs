@@ -1,6 +1,6 @@
 //! What came of a pipeline's steps.
 
-use diagnose::Diagnosed;
+use diagnose::{Diagnosed, Note};
 use judge::{Evaluation, ResidualTable, Solved, residuals};
 use store::{Contents, Model, ResidualModel};
 use sysid::Fit;
@@ -200,6 +200,9 @@ impl Results {
         let cause = found.and_then(|diagnosis| Some(diagnosis.cause.as_ref()?.to_string()));
         let strays = found.and_then(|diagnosis| Some(diagnosis.strays.as_ref()?.to_string()));
         let strays = strays.filter(|strays| cause.as_ref() != Some(strays));
+        let notes = found.into_iter().flat_map(|diagnosis| &diagnosis.notes);
+        let of_state = notes.filter(|note| matches!(note.finding(), Some(Note::AsCommanded)));
+        let of_state = of_state.map(ToString::to_string);
         let evaluation = self.evaluation();
         of_fit
             .map(ToString::to_string)
@@ -210,6 +213,7 @@ impl Results {
             ))
             .chain(cause)
             .chain(strays)
+            .chain(of_state)
             .chain(evaluation.and_then(worse_than_nominal))
             .chain(evaluation.and_then(unjudged))
             .collect()

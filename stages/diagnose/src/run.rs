@@ -158,7 +158,7 @@ impl Diagnose {
                 let verdict = found.diagnosis.verdict;
                 let by_laws = arm.moves(input)?;
                 let is_explained = |asked: &Answer| match verdict {
-                    Verdict::Unexplained => true,
+                    Verdict::Unexplained => arm.has_no_law() || !asked.is_of_launches(),
                     Verdict::Named => !asked.is_beyond(f64::INFINITY),
                     Verdict::Consistent => !asked.is_beyond(by_laws),
                 };

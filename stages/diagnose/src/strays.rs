@@ -133,16 +133,17 @@ impl Diagnose {
             // where it is wrong; but not in the order of strikes.
             let gathered = Gathered::of(&after, &strikes);
             let is_in_order = matches!(gathered, Some(Gathered::Order { .. }));
-            let (strays, gathered) = match !is_in_order
-                && before.are_beyond_tails()
-                && before.count() < 2 * after.count()
-            {
+            let (strays, gathered) = match !is_in_order && before.count() < 2 * after.count() {
                 true => {
                     let gathered = Gathered::of(&before, &strikes);
                     (before, gathered)
                 }
                 false => (after, gathered),
             };
+            // What is named makes them: it is of the others.
+            if !strays.are_beyond_tails() {
+                break;
+            }
             let left_out = astray.residuals.iter().map(|r| r.strike_id.clone());
             let now = strikes.iter().zip(&strays.which);
             let now = now.filter(|(_, is_stray)| **is_stray);

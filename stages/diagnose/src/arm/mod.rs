@@ -61,6 +61,10 @@ impl Arm {
         is_the_arms(name) || self.laws.iter().any(|law| law.name == name)
     }
 
+    pub(crate) fn has_no_law(&self) -> bool {
+        self.laws.is_empty()
+    }
+
     /// A model with the laws, as they are.
     pub(crate) fn with_laws(&self, model: Model) -> Model {
         self.laws.iter().fold(model, |model, law| {
