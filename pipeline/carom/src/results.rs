@@ -1,11 +1,11 @@
 //! What came of a pipeline's steps.
 
-use diagnose::{Diagnosed, Note};
+use diagnose::{Diagnosed, Note, Verdict};
 use judge::{Evaluation, ResidualTable, Solved, residuals};
 use store::{Contents, Model, ResidualModel};
 use sysid::Fit;
 use train::{Example, Learned, examples};
-use values::{Rig, Strike};
+use values::{Rig, Sentence, Strike};
 use world::World;
 
 use crate::error::Outcome;
@@ -200,9 +200,15 @@ impl Results {
         let cause = found.and_then(|diagnosis| Some(diagnosis.cause.as_ref()?.to_string()));
         let strays = found.and_then(|diagnosis| Some(diagnosis.strays.as_ref()?.to_string()));
         let strays = strays.filter(|strays| cause.as_ref() != Some(strays));
-        let notes = found.into_iter().flat_map(|diagnosis| &diagnosis.notes);
-        let of_state = notes.filter(|note| matches!(note.finding(), Some(Note::AsCommanded)));
-        let of_state = of_state.map(ToString::to_string);
+        let told = found.into_iter().flat_map(|diagnosis| {
+            let is_at_rest = diagnosis.verdict == Verdict::Consistent;
+            let is_told = move |note: &&Sentence<Note>| match note.finding() {
+                Some(Note::AsCommanded) => true,
+                Some(Note::ValuesHoldTheGap) => is_at_rest,
+                _ => false,
+            };
+            diagnosis.notes.iter().filter(is_told)
+        });
         let evaluation = self.evaluation();
         of_fit
             .map(ToString::to_string)
@@ -213,7 +219,7 @@ impl Results {
             ))
             .chain(cause)
             .chain(strays)
-            .chain(of_state)
+            .chain(told.map(ToString::to_string))
             .chain(evaluation.and_then(worse_than_nominal))
             .chain(evaluation.and_then(unjudged))
             .collect()

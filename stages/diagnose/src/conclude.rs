@@ -118,6 +118,7 @@ impl Case<'_, '_> {
         match verdict {
             Verdict::Named => notes.extend(self.at_ends()),
             Verdict::Unexplained => notes.push(Note::ValuesHoldTheGap),
+            Verdict::Consistent if self.p_value.is_real() => notes.push(Note::ValuesHoldTheGap),
             Verdict::Consistent => {}
         }
         notes.extend(judged.world.iter().flat_map(notes::beside_effects));

@@ -416,6 +416,17 @@ fn pruned<'a>(
     Ok((selection, little))
 }
 
+/// Number of strikes before one whose commands count together.
+const RECENT: usize = 4;
+
+fn mean_command(strikes: &[&Strike]) -> Option<[f64; 2]> {
+    let mean = |of: fn(&Strike) -> f64| {
+        let sum: f64 = strikes.iter().map(|strike| of(strike)).sum();
+        sum / strikes.len() as f64
+    };
+    (!strikes.is_empty()).then(|| [mean(|s| s.command.speed), mean(|s| s.command.angle)])
+}
+
 /// What came before each strike. The pause before the first strike of a session is taken to be as long as that before its second.
 fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<Before> {
     let mut logs: BTreeMap<&str, Vec<&Strike>> = BTreeMap::new();
@@ -436,6 +447,8 @@ fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<Before> {
                 _ => 1.0,
             },
             command: last.map(|last| last.command),
+            start: last.map(|last| last.initial),
+            mean: mean_command(&strikes[place.saturating_sub(RECENT)..place.min(strikes.len())]),
         }
     };
     prepared.strikes.iter().map(before).collect()

@@ -249,6 +249,8 @@ fn by(covariate: &str, form: Option<Form>) -> String {
         ("speed", _) => "depends on the commanded speed".into(),
         ("angle", _) => "depends on the commanded angle".into(),
         ("command before", _) => "depends on the command of the strike before".into(),
+        ("start before", _) => "depends on where the object lay in the strike before".into(),
+        ("commands before", _) => "depends on the commands of the strikes before".into(),
         ("group", _) => "falls into two groups of strikes, which nothing that was logged tells apart (two objects, a tip or a focus that rests in one \
              of two states)"
             .into(),

@@ -4,6 +4,7 @@
 //! its time have come, or until more wait than are held; then it goes on with what is there.
 
 use std::collections::VecDeque;
+use std::f64::consts::TAU;
 
 use logs::Sample;
 use values::{Rig, Strike};
@@ -210,7 +211,8 @@ impl Extras {
         let turns = self.turns.between(from, until);
         let states = self.states.between(from, until);
         let strike = &mut waiting.strike;
-        strike.track.yaw = yaw(&turns, waiting.first_motion, &strike.track.t);
+        let symmetry = rig.object.solid.period().unwrap_or(TAU);
+        strike.track.yaw = yaw(&turns, waiting.first_motion, &strike.track.t, symmetry);
         let context = LaunchContext {
             commands: &waiting.commands,
             command: strike.command,

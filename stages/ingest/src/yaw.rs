@@ -1,6 +1,6 @@
 //! The object's yaw, from poses.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use values::Yaw;
 
@@ -42,28 +42,36 @@ const REST: f64 = 0.3;
 /// Two poses with this many usual intervals between them do not show what lies between, in s.
 const GAP: f64 = 0.1;
 
-/// The yaw before first motion and at the track's times; `None` where poses do not cover them.
-pub(crate) fn yaw(turns: &[YawSample], first_motion: i64, times: &[f64]) -> Option<Yaw> {
+/// Part of the turn that leaves an object as it was, within which a pose is that of the frame before but for such turns: a tracker may take any side of a
+/// square for its front.
+const SAME: f64 = 0.25;
+
+/// The yaw before first motion and at the track's times; `None` where poses do not cover them. `symmetry`: the turn, in rad, that leaves the object as
+/// it was.
+pub(crate) fn yaw(
+    turns: &[YawSample],
+    first_motion: i64,
+    times: &[f64],
+    symmetry: f64,
+) -> Option<Yaw> {
+    let within = |angle: f64, turn: f64| (angle + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
     let timed: Vec<(f64, f64)> = turns
         .iter()
         .map(|turn| (since(first_motion, turn.stamp), turn.yaw))
         .collect();
-    let (sin, cos) = timed
-        .iter()
-        .filter(|(t, _)| (-REST..0.0).contains(t))
-        .fold((0.0, 0.0), |(sin, cos), (_, yaw)| {
-            (sin + yaw.sin(), cos + yaw.cos())
-        });
-    if sin == 0.0 && cos == 0.0 {
-        return None;
-    }
-    let initial = f64::atan2(sin, cos);
+    let resting = timed.iter().filter(|(t, _)| (-REST..0.0).contains(t));
+    let resting: Vec<f64> = resting.map(|(_, yaw)| *yaw).collect();
+    let first = *resting.first()?;
+    let beside = resting.iter().map(|yaw| within(yaw - first, symmetry));
+    let initial = within(first + beside.sum::<f64>() / resting.len() as f64, TAU);
     let mut last = initial;
     let unwound: Vec<(f64, f64)> = timed
         .into_iter()
         .filter(|(t, _)| *t >= -GAP)
         .map(|(t, yaw)| {
-            last += (yaw - last + PI).rem_euclid(TAU) - PI;
+            let (turned, whole) = (within(yaw - last, symmetry), within(yaw - last, TAU));
+            let is_same = turned.abs() < SAME * symmetry;
+            last += if is_same { turned } else { whole };
             (t, last)
         })
         .collect();
@@ -108,10 +116,28 @@ mod tests {
             .map(|t| turn(t, yaw_at(t)))
             .collect();
         let times = [0.0, 0.105, 0.5];
-        let found = yaw(&turns, 0, &times).expect("covered");
+        let found = yaw(&turns, 0, &times, TAU).expect("covered");
         assert!((found.initial - 3.0).abs() < 1e-9);
         for (t, yaw) in times.iter().zip(&found.track) {
             assert!((yaw - yaw_at(*t)).abs() < 1e-6, "{t} {yaw}");
+        }
+    }
+
+    #[test]
+    fn any_side_of_a_square_may_be_its_front() {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let yaw_at = |t: f64| 0.6 + f64::max(t, 0.0) * 5.0;
+        let turns: Vec<YawSample> = (-40..60)
+            .map(|i| (f64::from(i) / 100.0, f64::from(i * i % 4)))
+            .map(|(t, side)| turn(t, yaw_at(t) + side * quarter))
+            .collect();
+        let times = [0.0, 0.105, 0.5];
+        let found = yaw(&turns, 0, &times, quarter).expect("covered");
+        let sides = (found.initial - 0.6) / quarter;
+        assert!((sides - sides.round()).abs() < 1e-9);
+        for (t, yaw) in times.iter().zip(&found.track) {
+            let turned = yaw - found.initial;
+            assert!((turned - 5.0 * t).abs() < 1e-6, "{t} {turned}");
         }
     }
 
@@ -120,7 +146,7 @@ mod tests {
         assert_eq!(YawSample::of(0, [0.0; 4]), None);
         assert_eq!(YawSample::of(0, [f64::NAN; 4]), None);
         let turns: Vec<YawSample> = (-40..10).map(|i| turn(f64::from(i) / 100.0, 0.1)).collect();
-        assert!(yaw(&turns, 0, &[0.0, 0.05]).is_some());
-        assert_eq!(yaw(&turns, 0, &[0.0, 0.5]), None);
+        assert!(yaw(&turns, 0, &[0.0, 0.05], TAU).is_some());
+        assert_eq!(yaw(&turns, 0, &[0.0, 0.5], TAU), None);
     }
 }

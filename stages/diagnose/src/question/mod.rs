@@ -54,7 +54,7 @@ pub(crate) fn little(repeats: f64) -> f64 {
 /// Least share of the strikes' variance that is taken for that of repeats, whatever else is found in it.
 const LEAST_FLOOR: f64 = 0.1;
 /// Covariates that come from before the strike, not from its own command.
-const BEFORE: [&str; 2] = ["command before", "pause"];
+const BEFORE: [&str; 4] = ["command before", "start before", "commands before", "pause"];
 /// Columns of whole strikes, which may change with the order.
 const NEEDS: [Column; 4] = [
     Column::Launch,

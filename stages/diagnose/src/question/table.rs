@@ -313,6 +313,10 @@ pub(crate) struct Before {
     pub(crate) pause: f64,
     /// The command of the strike before in the same log, where there is one.
     pub(crate) command: Option<Command>,
+    /// Where that strike's object lay.
+    pub(crate) start: Option<Point>,
+    /// Mean speed (m/s) and angle (rad) of the commands of some strikes before.
+    pub(crate) mean: Option<[f64; 2]>,
 }
 
 /// A set of functions that a column is asked about together.
@@ -334,6 +338,10 @@ pub(super) struct Covariates {
     pause: Option<DVector<f64>>,
     /// The command before, and on which side of it a command lies.
     before: Vec<DVector<f64>>,
+    /// Where the object lay before.
+    start_before: Vec<DVector<f64>>,
+    /// The mean of the commands before.
+    commands_before: Vec<DVector<f64>>,
     /// Standard deviations of the start, in m.
     spread: [f64; 2],
     strikes: usize,
@@ -372,6 +380,22 @@ impl Covariates {
             .into_iter()
             .flat_map(|(own, least, of)| last(own, least, of, came_before))
             .collect();
+        let came = |own: &DVector<f64>, least, of: &dyn Fn(&Before) -> Option<f64>| {
+            let middle = own.mean();
+            let each = came_before
+                .iter()
+                .map(|before| of(before).unwrap_or(middle));
+            scaled(DVector::from_iterator(own.len(), each), least)
+        };
+        let place = BEYOND_ERROR * resting;
+        let start_before = [
+            came(&start[0], place, &|before| Some(before.start?.x)),
+            came(&start[1], place, &|before| Some(before.start?.y)),
+        ];
+        let commands_before = [
+            came(&speed, varies, &|before| Some(before.mean?[0])),
+            came(&angle, VARIES, &|before| Some(before.mean?[1])),
+        ];
         Self {
             speed: scaled(speed, varies),
             angle: scaled(angle, VARIES),
@@ -380,6 +404,8 @@ impl Covariates {
             bearing,
             reach,
             before,
+            start_before: start_before.into_iter().flatten().collect(),
+            commands_before: commands_before.into_iter().flatten().collect(),
             spread,
             strikes: strikes.len(),
         }
@@ -423,7 +449,13 @@ impl Covariates {
         add("command", products(all.into_iter().flatten()));
         add("pause", self.pause.iter().cloned().collect());
         let smooth = Basis::new(self.smooth());
-        add("command before", smooth.beside(self.before.iter().cloned()));
+        for (name, came) in [
+            ("command before", &self.before),
+            ("start before", &self.start_before),
+            ("commands before", &self.commands_before),
+        ] {
+            add(name, smooth.beside(came.iter().cloned()));
+        }
         groups
     }
 
