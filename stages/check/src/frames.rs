@@ -421,6 +421,49 @@ mod tests {
     }
 
     #[test]
+    fn a_state_that_is_mirrored_is_told_and_one_of_an_arm_that_objects_follow_is_not() {
+        let told = |state: fn(f64) -> f64, object: fn(f64) -> f64| {
+            let part = |i: usize| -0.6 + 1.2 * (0.618_034 * i as f64).fract();
+            let pairs: Vec<Pair> = (0..40)
+                .map(|i| {
+                    let velocity = Point::polar(0.8, object(part(i)));
+                    Pair::made(i, [0.6, part(i)], velocity, 0.2)
+                })
+                .collect();
+            let meetings = pairs.iter().map(|pair| Meeting {
+                tip: Point::default(),
+                velocity: Point::polar(0.6, state(pair.command.angle)),
+                moved: None,
+                object: Point::default(),
+                pushed: None,
+                earlier: 0.0,
+                at: pair.motion.start,
+                command: Command::new(0.6, pair.command.angle),
+                delay: None,
+                delivered: None,
+            });
+            let seen = Seen {
+                meetings: meetings.collect(),
+                ..Seen::default()
+            };
+            let log = LogRead {
+                name: "one.mcap",
+                seen: &seen,
+                kept: 40,
+                rejects: Vec::new(),
+            };
+            state_beside(&[log], &pairs)
+        };
+        let found = told(|angle| -angle, |angle| angle);
+        assert!(
+            matches!(found, Some(Finding::StateBeside { beside, strikes: 40 }) if beside > 0.4),
+            "{found:?}"
+        );
+        assert_eq!(told(|angle| angle + 0.05, |angle| angle), None);
+        assert_eq!(told(|angle| 0.5 * angle, |angle| 0.5 * angle), None);
+    }
+
+    #[test]
     fn a_turn_of_twenty_degrees_is_one_where_angles_lie_on_one_side_too() {
         for (turn, angles) in [(0.35, (-0.85, 0.15)), (-0.35, (-0.15, 0.85))] {
             let found = found(angles, |angle, _| angle + turn);

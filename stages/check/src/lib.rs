@@ -777,28 +777,30 @@ mod tests {
         assert_eq!(told(0.3, 0.6), None);
     }
 
+    /// What was seen of thirty strikes at 0.5 m/s that an arm delivered so much of, with this relative spread.
+    fn seen_of(share: f64, spread: f64) -> ingest::Seen {
+        let meetings = (0..30).map(|i| ingest::Meeting {
+            tip: Point::default(),
+            velocity: Point::new(0.5, 0.0),
+            moved: None,
+            object: Point::default(),
+            pushed: None,
+            earlier: 0.0,
+            at: 6.0 * i as f64,
+            command: values::Command::new(0.5, 0.0),
+            delay: None,
+            delivered: Some(share * (1.0 + spread * (3.7 * i as f64).sin())),
+        });
+        ingest::Seen {
+            meetings: meetings.collect(),
+            ..ingest::Seen::default()
+        }
+    }
+
     #[test]
     fn an_arm_that_moves_at_no_share_of_its_commands_is_told_and_one_of_an_override_is_not() {
         let told = |share: f64, spread: f64| {
-            let meetings = (0..30).map(|i| {
-                let velocity = Point::new(0.5, 0.0);
-                ingest::Meeting {
-                    tip: Point::default(),
-                    velocity,
-                    moved: None,
-                    object: Point::default(),
-                    pushed: None,
-                    earlier: 0.0,
-                    at: 6.0 * i as f64,
-                    command: values::Command::new(0.5, 0.0),
-                    delay: None,
-                    delivered: Some(share * (1.0 + spread * (3.7 * i as f64).sin())),
-                }
-            });
-            let seen = ingest::Seen {
-                meetings: meetings.collect(),
-                ..ingest::Seen::default()
-            };
+            let seen = seen_of(share, spread);
             delivers(&[read(&seen)], &[Pairs::default()])
         };
         for unit in [1.0 / 3.6, 3.6] {
@@ -810,6 +812,28 @@ mod tests {
         }
         assert_eq!(told(0.5, 0.02), None);
         assert_eq!(told(0.25, 0.5), None);
+    }
+
+    #[test]
+    fn a_state_that_is_slower_in_one_log_is_told_where_objects_do_not_follow_it() {
+        let told = |share: f64, launch: f64| {
+            let pairs = |launch: f64| Pairs {
+                pairs: (0..20)
+                    .map(|i| Pair::made(i, [0.5, 0.0], Point::new(0.7 * launch, 0.0), 0.2))
+                    .collect(),
+                ..Pairs::default()
+            };
+            let seen = [1.0, share, 1.0].map(|share| seen_of(share, 0.01));
+            let logs = seen.iter().map(read).collect::<Vec<_>>();
+            delivers(&logs, &[pairs(1.0), pairs(launch), pairs(1.0)])
+        };
+        let found = told(0.8, 1.0);
+        assert!(
+            matches!(&found, Some(Finding::Delivers { share, .. }) if (share - 0.8).abs() < 0.02),
+            "{found:?}"
+        );
+        assert_eq!(told(0.8, 0.8), None);
+        assert_eq!(told(0.99, 1.0), None);
     }
 
     #[test]

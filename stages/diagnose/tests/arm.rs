@@ -4,11 +4,16 @@ use diagnose::{Diagnose, Diagnosed, Input, Verdict};
 use ingest::{Ingest, assemble, ingest_log};
 use rig::{Hidden, demo};
 use stage::{Progress, Stage};
-use values::{Rig, Shape};
+use values::{Rig, Shape, Strike};
 use world::World;
 
 /// The diagnosis of a demo of 120 strikes with this hidden, its arm's state logged or not.
 fn diagnosis(hidden: &str, log_state: bool) -> Diagnosed {
+    diagnosis_of(hidden, log_state, |_| {})
+}
+
+/// The same, where this was done to each strike.
+fn diagnosis_of(hidden: &str, log_state: bool, done: impl Fn(&mut Strike)) -> Diagnosed {
     let folder = tempfile::tempdir().expect("a folder");
     let hidden = Hidden::parse(&[hidden]).expect("an effect");
     let mut settings = demo::Settings::new(Shape::Cylinder, 120, 11, Some(hidden));
@@ -16,7 +21,8 @@ fn diagnosis(hidden: &str, log_state: bool) -> Diagnosed {
     let written = demo::write(&settings, folder.path()).expect("writes");
     let rig = Rig::load(&written.rig).expect("the rig file is accepted");
     let read = |log| ingest_log(log, &rig, &Ingest::default()).expect("the log is read");
-    let (strikes, _) = assemble(written.logs.iter().map(|log| read(log)).collect());
+    let (mut strikes, _) = assemble(written.logs.iter().map(|log| read(log)).collect());
+    strikes.iter_mut().for_each(done);
     let identify = sysid::Input {
         rig: rig.clone(),
         world: World::nominal(),
@@ -118,6 +124,37 @@ fn of_an_arm_that_delivers_its_commands_nothing_is_named() {
     assert_eq!(names(&found), [""; 0], "{}", found.diagnosis.summary);
     let notes = found.diagnosis.notes.join("\n");
     assert!(notes.contains("than a state is read to"), "{notes}");
+}
+
+#[test]
+fn what_an_arm_does_beside_its_commands_is_no_scatter_of_it() {
+    let hidden = "warming_arm=change:-0.12";
+    let [commanded, delivered] = [false, true].map(|log_state| diagnosis(hidden, log_state));
+    for found in [&commanded, &delivered] {
+        let diagnosis = &found.diagnosis;
+        assert_ne!(diagnosis.verdict, Verdict::Consistent);
+        let is_of_speed = names(found).contains(&"striker_speed_error");
+        assert!(!is_of_speed, "{}", diagnosis.summary);
+    }
+    let floors = [commanded, delivered].map(|found| found.diagnosis.gap.noise_floor);
+    assert!(floors[1] < 1.3 * floors[0], "{floors:?}");
+}
+
+#[test]
+fn a_state_that_objects_do_not_follow_is_not_believed() {
+    // Whoever logs it cuts its peaks off.
+    let found = diagnosis_of("none", true, |strike| {
+        if let Some(delivered) = &mut strike.delivered {
+            delivered.tip_speed = delivered.tip_speed.min(0.7);
+        }
+    });
+    let diagnosis = &found.diagnosis;
+    assert_eq!(names(&found), [""; 0], "{}", diagnosis.summary);
+    let is_told = diagnosis
+        .notes
+        .iter()
+        .any(|note| matches!(note.finding(), Some(diagnose::Note::AsCommanded)));
+    assert!(is_told, "{:?}", diagnosis.notes);
 }
 
 #[test]

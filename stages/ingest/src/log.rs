@@ -50,7 +50,8 @@ pub(crate) fn read_log(
 ) -> Result<LogOutcome<StrikeSummary>, IngestError> {
     let (centroid, pose) = (&rig.topics.centroid, &rig.topics.pose.topic);
     let is_there = |summary: &Summary, topic: &FieldTopic| {
-        summary.topics.iter().any(|there| there.name == topic.name)
+        let mut topics = summary.topics.iter();
+        topics.any(|there| there.name == topic.name && there.messages > 0)
     };
     let mut any_kept = false;
     let by_centroids = {
