@@ -154,11 +154,11 @@ impl Answer {
             .any(|found| found.size > least.max(self.least_of(found)))
     }
 
-    /// Whether launches depend on what was logged, by more than repeats scatter.
+    /// Whether a gap is one of launches.
     pub(crate) fn is_of_launches(&self) -> bool {
         let is_of_launch = |what| matches!(what, What::Column(column) if column.is_of_launch());
-        let great = self.findings.iter().filter(|found| found.size > self.floor);
-        great.map(|found| found.what).any(is_of_launch)
+        let mut findings = self.findings.iter();
+        findings.any(|found| found.size > self.least_of(found) && is_of_launch(found.what))
     }
 
     /// How far a finding must move stops to be a gap. How a box leaves the tip by the angle at which it is met is
