@@ -50,7 +50,7 @@ pub struct FirstVersion {
     /// Stop error, in m, of the plainest prediction from the strikes that learn: the mean displacement by speed and angle.
     pub plain: Option<f64>,
     pub nominal: Option<f64>,
-    /// What repeats of one command scatter by.
+    /// What repeats of one command scatter by, or the others where some stop far from where these do.
     pub floor: Option<f64>,
     /// How far objects slide.
     pub slide: Option<f64>,
@@ -132,6 +132,7 @@ pub fn judge(
     };
     let is_least =
         |name: &&String| *name == "restitution" && place(name).is_some_and(|place| place < AT_END);
+    let strays = diagnosis.and_then(|diagnosis| diagnosis.strays.as_ref()?.finding());
     Ok(FirstVersion {
         passed: false,
         strikes: strikes.len(),
@@ -141,7 +142,7 @@ pub fn judge(
         error,
         plain,
         nominal,
-        floor: floor.map(|floor| floor.mean),
+        floor: floor.map(|floor| strays.map_or(floor.mean, |told| floor.mean.min(told.others))),
         slide,
         standard_errors,
         unbounded: fit.freed.iter().filter(is_unbounded).cloned().collect(),
