@@ -427,7 +427,7 @@ fn mean_command(strikes: &[&Strike]) -> Option<[f64; 2]> {
     (!strikes.is_empty()).then(|| [mean(|s| s.command.speed), mean(|s| s.command.angle)])
 }
 
-/// What came before each strike. The pause before the first strike of a session is taken to be as long as that before its second.
+/// What came before each strike in its log, where those strikes are here: of many strikes some are drawn.
 fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<Before> {
     let mut logs: BTreeMap<&str, Vec<&Strike>> = BTreeMap::new();
     for strike in &input.strikes {
@@ -439,16 +439,17 @@ fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<Before> {
     let before = |strike: &&Strike| {
         let strikes = logs.get(strike.log.as_str()).map_or(&[][..], Vec::as_slice);
         let place = strikes.partition_point(|other| other.t_start < strike.t_start);
-        let last = place.checked_sub(1).and_then(|last| strikes.get(last));
-        let pair = (strikes.get(place.max(1) - 1), strikes.get(place.max(1)));
+        let number = |strike: &Strike| strike.conditions.order;
+        let is_near = |other: &&&Strike| number(strike) - number(other) <= RECENT as f64;
+        let recent: Vec<&Strike> = strikes[..place].iter().filter(is_near).copied().collect();
+        let last = recent
+            .last()
+            .filter(|last| number(strike) - number(last) < 1.5);
         Before {
-            pause: match pair {
-                (Some(before), Some(at)) => at.t_start - before.t_start,
-                _ => 1.0,
-            },
+            pause: last.map(|last| strike.t_start - last.t_start),
             command: last.map(|last| last.command),
             start: last.map(|last| last.initial),
-            mean: mean_command(&strikes[place.saturating_sub(RECENT)..place.min(strikes.len())]),
+            mean: last.and_then(|_| mean_command(&recent)),
         }
     };
     prepared.strikes.iter().map(before).collect()

@@ -15,6 +15,7 @@ use crate::{
     mixed::{ANGLE, NUISANCES, SPEED},
     model::{CLOCK, FRICTION, Model, RESTITUTION},
     noise::{self, FrameNoise, Whitening},
+    question,
     usable::FEWEST,
     wander::{Path, paths},
 };
@@ -39,6 +40,8 @@ pub(crate) struct PreparedStrikes<'a> {
     pub(crate) whitenings: Vec<Whitening>,
     /// How a wander moves each strike's friction.
     pub(crate) paths: Vec<Path>,
+    /// Motion of stops, in m, that is none by what places are rounded to.
+    pub(crate) resolved: f64,
 }
 
 /// Share of another strike's launch speed below which an object does not count as launched.
@@ -53,6 +56,24 @@ fn deviation(clock: f64, b: &Nuisances) -> Deviation {
         rest: Point::new(b[3], b[4]),
         friction: b[5],
     }
+}
+
+/// What a tracker rounds its places to, in m: the step of which all are multiples apart. 0 where there is none.
+fn rounding(strikes: &[&Strike]) -> f64 {
+    /// Places nearer than this (m) are one; and the greatest part of a step by which a multiple may be missed.
+    const ONE: f64 = 1e-7;
+    const OFF: f64 = 0.01;
+    let of_axis = |axis: fn(&Strike) -> &Vec<f64>| {
+        let mut all: Vec<f64> = strikes.iter().flat_map(|s| axis(s)).copied().collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup_by(|a, b| (*a - *b).abs() < ONE);
+        let steps = || all.windows(2).map(|pair| pair[1] - pair[0]);
+        let step = steps().fold(f64::INFINITY, f64::min);
+        let is_multiple = |apart: f64| (apart / step - (apart / step).round()).abs() < OFF;
+        (step.is_finite() && steps().all(is_multiple)).then_some(step)
+    };
+    let steps = [of_axis(|s| &s.track.x), of_axis(|s| &s.track.y)];
+    steps.into_iter().flatten().fold(0.0, f64::max)
 }
 
 /// Measured coordinates: all x, then all y.
@@ -105,12 +126,15 @@ impl<'a> PreparedStrikes<'a> {
             .map(|strike| noise::Frames::new(strike, 1.0 / rig.camera.rate))
             .collect();
         let orders: Vec<f64> = strikes.iter().map(|s| s.conditions.order).collect();
+        // Repeats of one command are rounded alike, at both ends of their ways.
+        let resolved = question::RESOLVED.max(rounding(&strikes));
         Self {
             rig,
             thresholds,
             strikes,
             launches,
             paths: paths(&orders),
+            resolved,
             base: Base::of(&rig.object),
             gyration: planar::gyration(rig),
             noise: FrameNoise::WHITE,
@@ -291,4 +315,37 @@ impl<'a> PreparedStrikes<'a> {
 fn whitenings(frames: &[noise::Frames], noise: FrameNoise) -> Vec<Whitening> {
     let each = frames.iter();
     each.map(|frames| Whitening::new(frames, noise)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use values::{Command, Track};
+
+    use super::*;
+
+    #[test]
+    fn what_places_are_rounded_to_is_seen_in_them() {
+        let strike = |step: f64| {
+            let place = |i: usize| 0.3 + 0.01 * (3.7 * i as f64).sin();
+            let rounded = |i: usize| match step {
+                0.0 => place(i),
+                step => (place(i) / step).round() * step,
+            };
+            let at = Point::default();
+            Strike {
+                track: Track {
+                    t: (0..40).map(|i| 0.01 * i as f64).collect(),
+                    x: (0..40).map(rounded).collect(),
+                    y: (40..80).map(rounded).collect(),
+                    ..Track::default()
+                },
+                ..Strike::bare(Command::new(0.5, 0.0), at, at)
+            }
+        };
+        for step in [1e-3, 5e-4] {
+            assert!((rounding(&[&strike(step)]) / step - 1.0).abs() < 1e-6);
+        }
+        assert!(rounding(&[&strike(0.0)]) < 1e-4);
+        assert_eq!(rounding(&[]), 0.0);
+    }
 }

@@ -202,7 +202,7 @@ impl Arm {
             });
             if !is_read {
                 unread.push(law.name);
-            } else if moved(strikes, differs) < question::little(repeats) {
+            } else if moved(strikes, differs) < question::little(repeats, question::RESOLVED) {
                 little.push(law.name);
             } else {
                 self.laws.push(law);

@@ -46,9 +46,9 @@ const LITTLE: f64 = 1.0 / 3.0;
 /// Motion of stops, in m, that is no gap where nothing scatters: simulators differ by some micrometres, and logs of one without noise show it.
 pub(crate) const RESOLVED: f64 = 1e-4;
 
-/// Motion of stops (m) below which it is no gap, where repeats scatter by this much.
-pub(crate) fn little(repeats: f64) -> f64 {
-    (LITTLE * repeats).max(RESOLVED)
+/// Motion of stops (m) below which it is no gap, where repeats scatter by this much and less than `resolved` is none.
+pub(crate) fn little(repeats: f64, resolved: f64) -> f64 {
+    (LITTLE * repeats).max(resolved)
 }
 
 /// Least share of the strikes' variance that is taken for that of repeats, whatever else is found in it.
@@ -122,11 +122,13 @@ pub(crate) struct Answer {
     pub(crate) findings: Vec<Finding>,
     /// Scatter of the stops of repeats of these commands, in m.
     pub(crate) floor: f64,
+    /// Motion of stops, in m, that is none.
+    resolved: f64,
     is_box: bool,
     has_sessions: bool,
     /// Whether commands or starts follow the order of strikes.
     pub(crate) runs_with_order: bool,
-    /// Functions of the strikes that hold what was found in a column to depend on the order.
+    /// Functions of the strikes that hold what was found in a column to depend on the order, or on the strikes before.
     by_order: Vec<(Column, Vec<DVector<f64>>)>,
 }
 
@@ -166,8 +168,8 @@ impl Answer {
     fn least_of(&self, finding: &Finding) -> f64 {
         let is_of_contact = matches!(finding.what, What::Column(column) if column.is_of_launch());
         match self.is_box && is_of_contact && finding.covariate == "angle" {
-            true => little(self.floor).max(self.floor),
-            false => little(self.floor),
+            true => little(self.floor, self.resolved).max(self.floor),
+            false => little(self.floor, self.resolved),
         }
     }
 
@@ -247,7 +249,7 @@ impl Answer {
         };
         self.findings
             .iter()
-            .filter(|found| found.size > little(self.floor))
+            .filter(|found| found.size > little(self.floor, self.resolved))
             .find(is_other)
     }
 }
@@ -368,6 +370,8 @@ struct Asking {
     /// Standard deviation of a resting place, in m.
     resting: f64,
     is_box: bool,
+    /// Motion of stops, in m, that is none.
+    resolved: f64,
 }
 
 impl Asking {
@@ -385,6 +389,7 @@ impl Asking {
             seed,
             commands: commands(prepared),
             is_box: !prepared.rig.object.shape().is_round(),
+            resolved: prepared.resolved,
             resting,
             rows,
         }
@@ -456,6 +461,7 @@ impl Asking {
                 _ => true,
             }
         });
+        by_order.extend(self.by_those_before(&findings));
         findings.extend(ordered);
         findings.extend(self.in_groups(&by_order));
         let total = self.total();
@@ -465,7 +471,9 @@ impl Asking {
         // What strikes share that no smooth function of commands holds, repeats do not scatter by; only repeats themselves show it apart. By
         // groups that nothing tells apart they do.
         let are_repeated = are_repeated(&self.commands);
-        let is_unseen = |found: &&Finding| found.is_unsmooth && !are_repeated;
+        let is_unseen = |found: &&Finding| {
+            found.is_unsmooth && !are_repeated && !BEFORE.contains(&found.covariate)
+        };
         let unseen = findings.iter().filter(is_unseen).map(|found| found.size);
         let unseen = unseen.fold(0.0, f64::max);
         let repeats = self.variation(&by_order).repeats.value;
@@ -483,11 +491,34 @@ impl Asking {
         Answer {
             floor,
             findings,
+            resolved: self.resolved,
             is_box: self.is_box,
             has_sessions: self.sessions.iter().any(|session| *session > 0),
             runs_with_order: self.runs_with_order(),
             by_order,
         }
+    }
+
+    /// Functions that hold what was found to depend on the strikes before.
+    fn by_those_before(&self, findings: &[Finding]) -> Vec<(Column, Vec<DVector<f64>>)> {
+        let found = findings.iter().filter_map(|found| match found.what {
+            What::Column(of) if BEFORE.contains(&found.covariate) => Some((of, found.covariate)),
+            _ => None,
+        });
+        let functions = found.flat_map(|(of, covariate)| {
+            let scatter = self.weighed(of, true).scatter;
+            let groups = self.covariates.groups(&self.rows, of as usize, scatter);
+            let own = groups
+                .into_iter()
+                .filter(move |group| group.name == covariate);
+            own.map(move |group| {
+                let functions = group.functions.column_iter();
+                // Of mean square 1.
+                let scale = (group.functions.nrows() as f64).sqrt();
+                (of, functions.map(|f| f * scale).collect())
+            })
+        });
+        functions.collect()
     }
 
     /// The findings of a family that are significant at its share of the level.

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use values::{Command, Point, Strike};
+use values::{Command, Point, Strike, median};
 use world::GRAVITY;
 
 use super::projection::Basis;
@@ -309,11 +309,11 @@ pub(super) type Wave = [DVector<f64>; 2];
 /// What came before a strike.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Before {
-    /// Time, in s, in which no strike was made.
-    pub(crate) pause: f64,
-    /// The command of the strike before in the same log, where there is one.
+    /// Time, in s, since the strike before in the same log, where there is one.
+    pub(crate) pause: Option<f64>,
+    /// Its command.
     pub(crate) command: Option<Command>,
-    /// Where that strike's object lay.
+    /// Where its object lay.
     pub(crate) start: Option<Point>,
     /// Mean speed (m/s) and angle (rad) of the commands of some strikes before.
     pub(crate) mean: Option<[f64; 2]>,
@@ -367,10 +367,13 @@ impl Covariates {
             of(&|s| from_base(s).norm()),
         );
         let spread = [deviation(&start[0]), deviation(&start[1])];
-        let pause = DVector::from_iterator(
-            strikes.len(),
-            came_before.iter().map(|before| before.pause.max(1e-3).ln()),
-        );
+        let logarithm = |before: &Before| Some(before.pause?.max(1e-3).ln());
+        let pauses: Vec<f64> = came_before.iter().filter_map(logarithm).collect();
+        let usual = median(pauses).unwrap_or(0.0);
+        let each = came_before
+            .iter()
+            .map(|before| logarithm(before).unwrap_or(usual));
+        let pause = DVector::from_iterator(strikes.len(), each);
         let varies = VARIES * speed.mean().abs();
         let before = [
             (&speed, varies, (|c| c.speed) as fn(Command) -> f64),

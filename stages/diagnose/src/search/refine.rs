@@ -112,7 +112,11 @@ pub(crate) fn least_that_moves_little(
             continue;
         };
         let moved = gap::rms_between(&with, &prepared.ends(&without.model)?);
-        if moved < least.map_or(question::little(floor), |(_, least)| least) {
+        if moved
+            < least.map_or(question::little(floor, prepared.resolved), |(_, least)| {
+                least
+            })
+        {
             least = Some((place, moved));
         }
     }
