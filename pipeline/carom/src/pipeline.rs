@@ -211,11 +211,8 @@ fn find_effects(
         seed: inputs.seed,
         ..Diagnose::default()
     };
-    let input = diagnose::Input {
-        rig: inputs.rig.clone(),
-        world: world.clone(),
-        strikes: diagnose.sample(learning(strikes)),
-    };
+    let (rig, world) = (inputs.rig.clone(), world.clone());
+    let input = diagnose::Input::sampled(&diagnose, rig, world, learning(strikes));
     run.stage(&diagnose, &input).map_err(|error| match error {
         RunError::Stage(
             error @ (DiagnoseError::TooFewStrikes { .. }

@@ -164,11 +164,7 @@ fn main() {
                     }
                 };
                 let identified = begun.elapsed().as_secs_f64();
-                let input = Input {
-                    rig,
-                    world,
-                    strikes,
-                };
+                let input = Input::of(rig, world, strikes);
                 let settings = Diagnose {
                     next_strikes: 0,
                     ..Diagnose::default()

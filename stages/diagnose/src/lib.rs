@@ -11,6 +11,7 @@
 
 mod alias;
 mod arm;
+mod before;
 mod camera_drift;
 mod candidates;
 mod carry;
@@ -49,6 +50,7 @@ mod wander;
 mod words;
 mod wrong_sizes;
 
+pub use before::CameBefore;
 pub use diagnosis::{
     Detectable, Diagnosed, Diagnosis, Gap, GapDependence, MapPoint, NamedEffect, NextStrike, Noise,
     Parameter, Ranked, SmoothMap, StopResidual, Verdict,

@@ -1,14 +1,13 @@
 //! The steps of a diagnosis, in their order.
 
-use std::collections::BTreeMap;
-
 use stage::{Progress, Stage};
-use values::{Point, Sentence, Shape, Strike};
+use values::{Point, Sentence, Shape};
 use world::{World, effects::Naming};
 
 use crate::{
     Diagnose, DiagnoseError, Diagnosed, Input,
     arm::Arm,
+    before::CameBefore,
     candidates::{Candidate, candidates, is_never_named, is_of_whole_strikes},
     carry::carried,
     conclude::Case,
@@ -23,7 +22,7 @@ use crate::{
     model::Model,
     notes,
     null::{fit_anew, fit_null},
-    question::{self, Answer, Before},
+    question::{self, Answer},
     score::ScoreTest,
     screen::{Chance, screen_by},
     search::{
@@ -416,43 +415,11 @@ fn pruned<'a>(
     Ok((selection, little))
 }
 
-/// Number of strikes before one whose commands count together.
-const RECENT: usize = 4;
-
-fn mean_command(strikes: &[&Strike]) -> Option<[f64; 2]> {
-    let mean = |of: fn(&Strike) -> f64| {
-        let sum: f64 = strikes.iter().map(|strike| of(strike)).sum();
-        sum / strikes.len() as f64
-    };
-    (!strikes.is_empty()).then(|| [mean(|s| s.command.speed), mean(|s| s.command.angle)])
-}
-
-/// What came before each strike in its log, where those strikes are here: of many strikes some are drawn.
-fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<Before> {
-    let mut logs: BTreeMap<&str, Vec<&Strike>> = BTreeMap::new();
-    for strike in &input.strikes {
-        logs.entry(&strike.log).or_default().push(strike);
-    }
-    for strikes in logs.values_mut() {
-        strikes.sort_by(|a, b| a.t_start.total_cmp(&b.t_start));
-    }
-    let before = |strike: &&Strike| {
-        let strikes = logs.get(strike.log.as_str()).map_or(&[][..], Vec::as_slice);
-        let place = strikes.partition_point(|other| other.t_start < strike.t_start);
-        let number = |strike: &Strike| strike.conditions.order;
-        let is_near = |other: &&&Strike| number(strike) - number(other) <= RECENT as f64;
-        let recent: Vec<&Strike> = strikes[..place].iter().filter(is_near).copied().collect();
-        let last = recent
-            .last()
-            .filter(|last| number(strike) - number(last) < 1.5);
-        Before {
-            pause: last.map(|last| strike.t_start - last.t_start),
-            command: last.map(|last| last.command),
-            start: last.map(|last| last.initial),
-            mean: last.and_then(|_| mean_command(&recent)),
-        }
-    };
-    prepared.strikes.iter().map(before).collect()
+/// What came before each strike.
+fn before(input: &Input, prepared: &PreparedStrikes<'_>) -> Vec<CameBefore> {
+    let each = prepared.strikes.iter();
+    let came = each.map(|strike| input.came_before.get(&strike.id).copied());
+    came.map(Option::unwrap_or_default).collect()
 }
 
 /// Whether tracks of a box leave the world's, all effects found included. A box may tip and turn in ways that no centroid shows: what its track

@@ -1,10 +1,15 @@
 //! How to diagnose, and from what.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use serde::{Deserialize, Serialize};
 use values::{Rig, Split, Strike};
 use world::World;
 
-use crate::Thresholds;
+use crate::{
+    Thresholds,
+    before::{CameBefore, came_before},
+};
 
 /// How to diagnose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,4 +67,32 @@ pub struct Input {
     pub world: World,
     /// Strikes in order of time; those of [`Split::Test`] judge the gap and take no other part.
     pub strikes: Vec<Strike>,
+    /// What came before them, by their ids: of many strikes some are drawn.
+    pub came_before: BTreeMap<String, CameBefore>,
+}
+
+impl Input {
+    /// Of all these strikes.
+    pub fn of(rig: Rig, world: World, strikes: Vec<Strike>) -> Self {
+        Self {
+            rig,
+            world,
+            came_before: came_before(&strikes),
+            strikes,
+        }
+    }
+
+    /// Of those of all these strikes that a diagnosis looks at.
+    pub fn sampled(diagnose: &Diagnose, rig: Rig, world: World, all: &[Strike]) -> Self {
+        let mut came_before = came_before(all);
+        let strikes = diagnose.sample(all);
+        let drawn: BTreeSet<&String> = strikes.iter().map(|strike| &strike.id).collect();
+        came_before.retain(|id, _| drawn.contains(id));
+        Self {
+            rig,
+            world,
+            strikes,
+            came_before,
+        }
+    }
 }

@@ -83,6 +83,7 @@ fn others(
         rig: input.rig.clone(),
         world: input.world.clone(),
         strikes: input.strikes.iter().filter(is_other).cloned().collect(),
+        came_before: input.came_before.clone(),
     };
     (others, astray)
 }

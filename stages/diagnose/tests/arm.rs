@@ -32,11 +32,7 @@ fn diagnosis_of(hidden: &str, log_state: bool, done: impl Fn(&mut Strike)) -> Di
     let fit = sysid::Sysid::default()
         .run(&identify, &Progress::hidden())
         .expect("identifies");
-    let input = Input {
-        rig,
-        world: fit.world,
-        strikes,
-    };
+    let input = Input::of(rig, fit.world, strikes);
     Diagnose::default()
         .run(&input, &Progress::hidden())
         .expect("diagnoses")

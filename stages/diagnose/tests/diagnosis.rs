@@ -28,11 +28,7 @@ fn input_of(shape: Shape, hidden: &str, strikes: usize, seed: u64) -> Input {
     let world = World::nominal()
         .with("friction", 0.2)
         .with("restitution", 0.45);
-    Input {
-        rig,
-        world,
-        strikes,
-    }
+    Input::of(rig, world, strikes)
 }
 
 fn diagnose(input: &Input) -> Diagnosed {

@@ -20,11 +20,7 @@ fn diagnosed(hidden: &str, half_side: f64, radius: f64, seed: u64) -> Diagnosis 
     let (strikes, _) = assemble(written.logs.iter().map(|log| read(log)).collect());
     let world = World::nominal();
     let world = world.with("friction", 0.2).with("restitution", 0.45);
-    let input = Input {
-        rig,
-        world,
-        strikes,
-    };
+    let input = Input::of(rig, world, strikes);
     let found = Diagnose::default().run(&input, &Progress::hidden());
     found.expect("a diagnosis").diagnosis
 }

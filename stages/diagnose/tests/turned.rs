@@ -35,11 +35,7 @@ fn found(rig: &Rig, strikes: Vec<Strike>) -> (Scatter, Diagnosed) {
     let fit = sysid::Sysid::default()
         .run(&identify, &Progress::hidden())
         .expect("identifies");
-    let input = Input {
-        rig: rig.clone(),
-        world: fit.world.clone(),
-        strikes,
-    };
+    let input = Input::of(rig.clone(), fit.world.clone(), strikes);
     let diagnosed = Diagnose::default().run(&input, &Progress::hidden());
     (fit.world.scatter, diagnosed.expect("diagnoses"))
 }

@@ -272,11 +272,7 @@ fn train(input: &Input, epochs: Option<usize>) -> anyhow::Result<Value> {
 
 fn diagnose(input: Input) -> anyhow::Result<Value> {
     let diagnose = Diagnose::default();
-    let given = diagnose::Input {
-        strikes: diagnose.sample(&input.strikes),
-        rig: input.rig,
-        world: input.world,
-    };
+    let given = diagnose::Input::sampled(&diagnose, input.rig, input.world, &input.strikes);
     let begun = Instant::now();
     let found = diagnose.run(&given, &Progress::hidden())?;
     let learning = |strike: &&Strike| strike.split != Split::Test;

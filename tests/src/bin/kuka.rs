@@ -48,11 +48,7 @@ fn main() -> anyhow::Result<()> {
         },
         &Progress::hidden(),
     )?;
-    let input = diagnose::Input {
-        rig,
-        world: fit.world,
-        strikes,
-    };
+    let input = diagnose::Input::of(rig, fit.world, strikes);
     let found = Diagnose::default().run(&input, &Progress::hidden())?;
     let folder = args
         .page

@@ -108,11 +108,7 @@ impl Start {
             next_strikes,
             ..Diagnose::default()
         };
-        let input = Input {
-            rig: self.rig.clone(),
-            world: self.world.clone(),
-            strikes,
-        };
+        let input = Input::of(self.rig.clone(), self.world.clone(), strikes);
         let found = settings.run(&input, &Progress::hidden()).ok()?;
         Some(found.diagnosis)
     }

@@ -120,11 +120,7 @@ fn found(truth: Truth, made: Made, believed_friction: Option<f64>) -> Result<Dia
     let begun = Instant::now();
     let world = identified(&made.rig, &made.strikes, believed_friction)?;
     let identification = begun.elapsed().as_secs_f64();
-    let input = Input {
-        rig: made.rig,
-        world,
-        strikes: made.strikes,
-    };
+    let input = Input::of(made.rig, world, made.strikes);
     let settings = Diagnose {
         next_strikes: 0,
         ..Diagnose::default()

@@ -66,11 +66,7 @@ pub fn judge(rig: &Rig, strikes: &[Strike], fold: &Fold) -> anyhow::Result<Judge
         ..Diagnose::default()
     };
     let found = diagnose.run(
-        &diagnose::Input {
-            rig: rig.clone(),
-            world: fit.world.clone(),
-            strikes: known.clone(),
-        },
+        &diagnose::Input::of(rig.clone(), fit.world.clone(), known.clone()),
         &progress,
     )?;
     let settings = Settings {

@@ -5,7 +5,7 @@
 //! four families (commands, order, cycles over the order, levels); a fifth asks whether strikes fall into two groups ([`groups`]). Each has a
 //! fifth of the level. The strongest answer of a family is calibrated by what the same
 //! questions answer to the same 1999 permutations, so that the many looks count ([`families`]). Commands and starts are the only
-//! covariates: what was realised holds the errors that it would be asked about. Before commands are asked, a wander of launch or friction
+//! covariates: what was realised holds the errors that it would be asked about. CameBefore commands are asked, a wander of launch or friction
 //! over the order is taken off, the greatest that the strikes do not exclude; sessions are projected out (Freedman and Lane 1983). What
 //! depends on the order in no other form than a wander is noise, and told as such. What moves stops by little beside what repeats scatter by
 //! is no gap. The same is asked again beside the effects that would be named.
@@ -23,7 +23,6 @@ mod ways;
 pub(crate) use components::{Components, StandardDeviation, Variation};
 pub(crate) use families::{PERMUTED, REAL};
 pub use order::Form;
-pub(crate) use table::Before;
 pub use table::Column;
 
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -39,7 +38,7 @@ use self::place::{Pushes, Weighed, weighed};
 use self::projection::{Basis, explained};
 use self::table::{COLUMNS, Cell, Covariates, Row, Wave, column as column_of, table};
 use self::wander::{Wander, WanderBeside};
-use crate::{fit::Fitted, strikes::PreparedStrikes};
+use crate::{before::CameBefore, fit::Fitted, strikes::PreparedStrikes};
 
 /// Ratio to the scatter of repeats below which motion of stops is no gap: it adds less than 5 % to a stop's error.
 const LITTLE: f64 = 1.0 / 3.0;
@@ -258,7 +257,7 @@ impl Answer {
 pub(crate) fn ask(
     prepared: &PreparedStrikes<'_>,
     fitted: &Fitted,
-    before: &[Before],
+    before: &[CameBefore],
     seed: u64,
 ) -> Answer {
     Asking::new(prepared, fitted, before, seed).answer()
@@ -270,7 +269,7 @@ pub(crate) fn variation(
     fitted: &Fitted,
     answer: &Answer,
 ) -> Variation {
-    let before = vec![Before::default(); prepared.strikes.len()];
+    let before = vec![CameBefore::default(); prepared.strikes.len()];
     let variation = Asking::new(prepared, fitted, &before, 0).variation(&answer.by_order);
     match answer.floor > 0.0 {
         true => Variation {
@@ -375,7 +374,12 @@ struct Asking {
 }
 
 impl Asking {
-    fn new(prepared: &PreparedStrikes<'_>, fitted: &Fitted, before: &[Before], seed: u64) -> Self {
+    fn new(
+        prepared: &PreparedStrikes<'_>,
+        fitted: &Fitted,
+        before: &[CameBefore],
+        seed: u64,
+    ) -> Self {
         let rows = table(prepared, fitted);
         let resting = fitted.estimated.components.nuisance[3];
         let numbers = numbers(prepared);

@@ -14,6 +14,7 @@ use values::{Command, Point, Strike, median};
 use world::GRAVITY;
 
 use super::projection::Basis;
+use crate::before::CameBefore;
 use crate::fit::Fitted;
 use crate::mixed::{ANGLE, FRICTION, NUISANCES, SPEED};
 use crate::model;
@@ -306,19 +307,6 @@ const A_PERIOD: f64 = 4.0;
 /// A cosine and a sine.
 pub(super) type Wave = [DVector<f64>; 2];
 
-/// What came before a strike.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Before {
-    /// Time, in s, since the strike before in the same log, where there is one.
-    pub(crate) pause: Option<f64>,
-    /// Its command.
-    pub(crate) command: Option<Command>,
-    /// Where its object lay.
-    pub(crate) start: Option<Point>,
-    /// Mean speed (m/s) and angle (rad) of the commands of some strikes before.
-    pub(crate) mean: Option<[f64; 2]>,
-}
-
 /// A set of functions that a column is asked about together.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
@@ -351,7 +339,7 @@ impl Covariates {
     pub(super) fn new(
         prepared: &PreparedStrikes<'_>,
         resting: f64,
-        came_before: &[Before],
+        came_before: &[CameBefore],
     ) -> Self {
         let strikes = &prepared.strikes;
         let of = |value: &dyn Fn(&Strike) -> f64| -> DVector<f64> {
@@ -367,7 +355,7 @@ impl Covariates {
             of(&|s| from_base(s).norm()),
         );
         let spread = [deviation(&start[0]), deviation(&start[1])];
-        let logarithm = |before: &Before| Some(before.pause?.max(1e-3).ln());
+        let logarithm = |before: &CameBefore| Some(before.pause?.max(1e-3).ln());
         let pauses: Vec<f64> = came_before.iter().filter_map(logarithm).collect();
         let usual = median(pauses).unwrap_or(0.0);
         let each = came_before
@@ -383,7 +371,7 @@ impl Covariates {
             .into_iter()
             .flat_map(|(own, least, of)| last(own, least, of, came_before))
             .collect();
-        let came = |own: &DVector<f64>, least, of: &dyn Fn(&Before) -> Option<f64>| {
+        let came = |own: &DVector<f64>, least, of: &dyn Fn(&CameBefore) -> Option<f64>| {
             let middle = own.mean();
             let each = came_before
                 .iter()
@@ -597,7 +585,7 @@ fn last(
     own: &DVector<f64>,
     least: f64,
     of: fn(Command) -> f64,
-    before: &[Before],
+    before: &[CameBefore],
 ) -> Vec<DVector<f64>> {
     let middle = own.mean();
     let value = DVector::from_iterator(

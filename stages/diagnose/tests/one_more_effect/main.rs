@@ -112,11 +112,7 @@ fn named(name: &str, parameter: &str, value: f64, log_state: bool) -> (f64, f64)
     });
     let found = Diagnose::default()
         .run(
-            &Input {
-                strikes: strikes(&rig, &hidden, log_state),
-                rig,
-                world: plain,
-            },
+            &Input::of(rig.clone(), plain, strikes(&rig, &hidden, log_state)),
             &Progress::hidden(),
         )
         .expect("a diagnosis");

@@ -237,11 +237,7 @@ impl Table {
             next_strikes: 0,
             ..Diagnose::default()
         };
-        let input = Input {
-            rig,
-            world,
-            strikes,
-        };
+        let input = Input::of(rig, world, strikes);
         let found = settings.run(&input, &Progress::hidden());
         found.expect("a diagnosis").diagnosis
     }
