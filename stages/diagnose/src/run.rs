@@ -510,7 +510,7 @@ fn about_itself<'a>(
 
 #[cfg(test)]
 mod tests {
-    use values::{Command, Split};
+    use values::{Command, Split, Strike};
 
     use super::*;
 
