@@ -419,8 +419,8 @@ pub enum Note {
     #[display("beside what the arm does there is a gap that no candidate explains")]
     UnexplainedBesideArm,
     #[display(
-        "the arm's state is logged, and strikes depend on more than what it says of launches and what was found beside it: they were diagnosed as \
-         they were commanded"
+        "strikes depend on more than what the arm's logged state says of launches: the arm does more than that, or the state is wrong. They were \
+         diagnosed as they were commanded; friction and restitution were identified by the state: compare its speeds and angles with the commands"
     )]
     AsCommanded,
 }
