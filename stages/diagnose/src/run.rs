@@ -1,5 +1,7 @@
 //! The steps of a diagnosis, in their order.
 
+use std::collections::BTreeMap;
+
 use stage::{Progress, Stage};
 use values::{Point, Sentence, Shape};
 use world::{World, effects::Naming};
@@ -51,7 +53,11 @@ impl Stage for Diagnose {
         let gap = &diagnosis.gap;
         let gathered = strays.told.as_ref().and_then(|told| told.gathered.as_ref());
         diagnosis.is_another_now = gathered.is_some_and(Gathered::is_latest);
-        let missed = missed_by_far(gap, &found.residuals);
+        let of_strikes = input.strikes.iter();
+        let ways: BTreeMap<&str, f64> = of_strikes
+            .map(|s| (s.id.as_str(), s.path().norm()))
+            .collect();
+        let missed = missed_by_far(gap, &found.residuals, |r| ways[r.strike_id.as_str()]);
         let cause = match diagnosis.verdict {
             Verdict::Consistent if contradicts_its_strikes(gap, &found.residuals) => {
                 Some(Cause::WorldOfOtherStrikes)
@@ -108,11 +114,23 @@ fn contradicts_its_strikes(gap: &Gap, residuals: &[StopResidual]) -> bool {
 const PART: f64 = 0.2;
 const FEW: usize = 2;
 
-/// How many of the strikes that took no part the world misses by far more than they scatter.
-fn missed_by_far(gap: &Gap, residuals: &[StopResidual]) -> usize {
+/// How many of the strikes that took no part the world misses by far more than they scatter; on a longer way than usual (`way`, in m) strikes scatter by more.
+fn missed_by_far(
+    gap: &Gap,
+    residuals: &[StopResidual],
+    way: impl Fn(&StopResidual) -> f64,
+) -> usize {
     let far = gap::LONGEST * scatter(gap);
+    let usual = gap::rms(
+        residuals
+            .iter()
+            .map(|residual| Point::new(way(residual), 0.0)),
+    );
     let judges = residuals.iter().filter(|residual| residual.is_heldout);
-    let is_far = |judge: &&StopResidual| judge.before[0].hypot(judge.before[1]) > far;
+    let is_far = |judge: &&StopResidual| {
+        let longer = (way(judge) / usual.max(f64::MIN_POSITIVE)).max(1.0);
+        judge.before[0].hypot(judge.before[1]) > far * longer
+    };
     judges.filter(is_far).count()
 }
 
@@ -561,12 +579,22 @@ mod tests {
         // Beyond three times the scatter is chance once or twice in a thousand; a fifth of them is none.
         let part = |errors: &[f64]| {
             let (gap, residuals) = missed_by(errors, 0.003);
-            is_part(missed_by_far(&gap, &residuals), gap.heldout_strikes)
+            is_part(
+                missed_by_far(&gap, &residuals, |_| 0.3),
+                gap.heldout_strikes,
+            )
         };
         let near = [0.004; 8];
         assert!(part(&[&near[..], &[0.05, 0.02]].concat()));
         assert!(!part(&[&near[..], &[0.05]].concat()));
         assert!(!part(&[&near[..], &near[..], &[0.05, 0.02]].concat()));
+        // On ways twice as long as usual strikes scatter by twice as much.
+        let (gap, residuals) = missed_by(&[&near[..], &[0.02, 0.02]].concat(), 0.003);
+        let of_way = |long: f64| {
+            let way = |r: &StopResidual| if r.before[0] > 0.01 { long } else { 0.3 };
+            missed_by_far(&gap, &residuals, way)
+        };
+        assert_eq!((of_way(0.3), of_way(1.0)), (2, 0));
         // So few may miss by chance, and so may one by any length.
         assert!(!contradicts(&[0.0101; 7]));
         assert!(!contradicts(&[
