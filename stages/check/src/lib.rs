@@ -141,7 +141,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     if !is_torn {
         let state_clocks = clocks::state_clocks(rig, logs, &paired);
         if state_clocks.is_empty() {
-            findings.extend(delivers(logs, &paired));
+            findings.extend(delivers(logs));
         }
         findings.extend(state_clocks);
         findings.extend(clocks::findings(logs, &paired));
@@ -265,6 +265,11 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         delay,
         misleads: delay.misleads(is_by_state),
     }));
+    // What an arm delivers is read as its tip touches: a camera that is late in a log has it read as the arm brakes.
+    let is_untimely = |f: &Finding| f.is_of_clocks() || matches!(f, Finding::EncoderDelay { .. });
+    if !findings.iter().any(|f| is_wrong(f) || is_untimely(f)) {
+        findings.extend(delivers_apart(logs, &paired));
+    }
     // It tells more finely what the commands tell of the clocks.
     let is_told = |f: &Finding| matches!(f, Finding::EncoderDelay { .. });
     if findings.iter().any(is_told) {
@@ -420,7 +425,7 @@ fn log_limits(rig: &Rig, log: &LogRead<'_>, pairs: &[Pair], all: &[Pair]) -> Opt
 }
 
 /// The finding that an arm moves at another speed than commanded, by its measured state: of all logs together, or of one.
-fn delivers(logs: &[LogRead<'_>], paired: &[Pairs]) -> Option<Finding> {
+fn delivers(logs: &[LogRead<'_>]) -> Option<Finding> {
     /// What an arm may deliver of the commanded speed, and the relative spread below which it is one share.
     const SHARES: std::ops::Range<f64> = 0.3..2.0;
     const ONE: f64 = 0.1;
@@ -436,9 +441,7 @@ fn delivers(logs: &[LogRead<'_>], paired: &[Pairs]) -> Option<Finding> {
         })
     };
     let of_one = |log| of(std::slice::from_ref(log), Some(log.name));
-    of(logs, None)
-        .or_else(|| logs.iter().find_map(of_one))
-        .or_else(|| delivers_apart(logs, paired))
+    of(logs, None).or_else(|| logs.iter().find_map(of_one))
 }
 
 /// A log in which the arm moves at another part of the commanded speed than in most, by its measured state, while objects leave as fast as in these.
@@ -801,7 +804,7 @@ mod tests {
     fn an_arm_that_moves_at_no_share_of_its_commands_is_told_and_one_of_an_override_is_not() {
         let told = |share: f64, spread: f64| {
             let seen = seen_of(share, spread);
-            delivers(&[read(&seen)], &[Pairs::default()])
+            delivers(&[read(&seen)])
         };
         for unit in [1.0 / 3.6, 3.6] {
             let found = told(unit, 0.02);
@@ -825,7 +828,7 @@ mod tests {
             };
             let seen = [1.0, share, 1.0].map(|share| seen_of(share, 0.01));
             let logs = seen.iter().map(read).collect::<Vec<_>>();
-            delivers(&logs, &[pairs(1.0), pairs(launch), pairs(1.0)])
+            delivers_apart(&logs, &[pairs(1.0), pairs(launch), pairs(1.0)])
         };
         let found = told(0.8, 1.0);
         assert!(

@@ -62,7 +62,7 @@ const NEEDS: [Column; 4] = [
     Column::Stop,
 ];
 /// Number of families of questions; each gets an equal share of the level [`REAL`].
-const FAMILIES: f64 = 5.0;
+const FAMILIES: f64 = 6.0;
 /// Covariate of strikes that fall into two groups, which nothing that was logged tells apart.
 const GROUP: &str = "group";
 /// Squared correlation with the order above which commands run with it: then what depends on them is not taken off.
@@ -430,10 +430,13 @@ impl Asking {
     }
 
     fn answer(&self) -> Answer {
-        let commands = self.commands();
+        let is_of_before = |asked: &Asked| BEFORE.contains(&asked.covariate);
+        let (came_before, commands): (Vec<Asked>, Vec<Asked>) =
+            self.commands().into_iter().partition(is_of_before);
         let [order, cycles] = self.order();
         let levels = self.levels();
         let mut findings = self.found(&commands);
+        findings.extend(self.found(&came_before));
         findings.extend(self.found(&levels));
         let mut ordered = self.found(&order);
         ordered.extend(self.found(&cycles));
