@@ -33,7 +33,7 @@ use crate::{
         without,
     },
     sessions::is_by_session,
-    strikes::PreparedStrikes,
+    strikes::{PreparedStrikes, RESOLVED},
     words::{Cause, Gathered, Note, StrayStrikes, Summary, WhyNot},
 };
 
@@ -157,7 +157,7 @@ fn missed(gap: &Gap, residuals: &[StopResidual]) -> Option<f64> {
 /// All that stops scatter by, or what is resolved of them, in m.
 fn scatter(gap: &Gap) -> f64 {
     let scatter = gap.noise_floor.hypot(gap.wander).hypot(gap.sessions);
-    scatter.max(question::RESOLVED)
+    scatter.max(RESOLVED)
 }
 
 impl Diagnose {

@@ -15,7 +15,6 @@ use crate::{
     mixed::{ANGLE, NUISANCES, SPEED},
     model::{CLOCK, FRICTION, Model, RESTITUTION},
     noise::{self, FrameNoise, Whitening},
-    question,
     usable::FEWEST,
     wander::{Path, paths},
 };
@@ -44,6 +43,8 @@ pub(crate) struct PreparedStrikes<'a> {
     pub(crate) resolved: f64,
 }
 
+/// Motion of stops, in m, that is no gap where nothing scatters: simulators differ by some micrometres, and logs of one without noise show it.
+pub(crate) const RESOLVED: f64 = 1e-4;
 /// Share of another strike's launch speed below which an object does not count as launched.
 const SLOWEST: f64 = 1e-3;
 
@@ -127,7 +128,7 @@ impl<'a> PreparedStrikes<'a> {
             .collect();
         let orders: Vec<f64> = strikes.iter().map(|s| s.conditions.order).collect();
         // Repeats of one command are rounded alike, at both ends of their ways.
-        let resolved = question::RESOLVED.max(rounding(&strikes));
+        let resolved = RESOLVED.max(rounding(&strikes));
         Self {
             rig,
             thresholds,

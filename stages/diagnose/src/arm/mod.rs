@@ -19,6 +19,7 @@ use crate::gap;
 use crate::model::{Model, Part, specification};
 use crate::notes;
 use crate::question::{self, Variation};
+use crate::strikes::RESOLVED;
 use crate::words::{Note, Summary, WhyNot};
 use crate::{DiagnoseError, Diagnosed, Input};
 
@@ -202,7 +203,7 @@ impl Arm {
             });
             if !is_read {
                 unread.push(law.name);
-            } else if moved(strikes, differs) < question::little(repeats, question::RESOLVED) {
+            } else if moved(strikes, differs) < question::little(repeats, RESOLVED) {
                 little.push(law.name);
             } else {
                 self.laws.push(law);

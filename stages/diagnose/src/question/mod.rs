@@ -42,9 +42,6 @@ use crate::{before::CameBefore, fit::Fitted, strikes::PreparedStrikes};
 
 /// Ratio to the scatter of repeats below which motion of stops is no gap: it adds less than 5 % to a stop's error.
 const LITTLE: f64 = 1.0 / 3.0;
-/// Motion of stops, in m, that is no gap where nothing scatters: simulators differ by some micrometres, and logs of one without noise show it.
-pub(crate) const RESOLVED: f64 = 1e-4;
-
 /// Motion of stops (m) below which it is no gap, where repeats scatter by this much and less than `resolved` is none.
 pub(crate) fn little(repeats: f64, resolved: f64) -> f64 {
     (LITTLE * repeats).max(resolved)
