@@ -252,15 +252,9 @@ mod tests {
                 behind: vec![behind; 40],
                 ..Seen::default()
             };
-            let log = LogRead {
-                name: "one.mcap",
-                seen: &seen,
-                kept: 40,
-                rejects: Vec::new(),
-            };
             let rig = Rig::demo(values::Shape::Cylinder);
             let paired = [pairs::pairs(&seen, 0.1)];
-            !state_clocks(&rig, &[log], &paired).is_empty()
+            !state_clocks(&rig, &[LogRead::made(&seen)], &paired).is_empty()
         };
         for (behind, camera) in [
             (0.0, 0.0),

@@ -17,6 +17,19 @@ pub struct LogRead<'a> {
     pub rejects: Vec<&'a Reject>,
 }
 
+#[cfg(test)]
+impl<'a> LogRead<'a> {
+    /// For tests, a log of forty strikes, all kept.
+    pub(crate) fn made(seen: &'a Seen) -> Self {
+        Self {
+            name: "one.mcap",
+            seen,
+            kept: 40,
+            rejects: Vec::new(),
+        }
+    }
+}
+
 /// What a check found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Check {

@@ -446,13 +446,7 @@ mod tests {
                 meetings: meetings.collect(),
                 ..Seen::default()
             };
-            let log = LogRead {
-                name: "one.mcap",
-                seen: &seen,
-                kept: 40,
-                rejects: Vec::new(),
-            };
-            state_beside(&[log], &pairs)
+            state_beside(&[LogRead::made(&seen)], &pairs)
         };
         let found = told(|angle| -angle, |angle| angle);
         assert!(

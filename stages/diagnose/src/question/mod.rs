@@ -164,7 +164,7 @@ impl Answer {
     fn least_of(&self, finding: &Finding) -> f64 {
         let is_of_contact = matches!(finding.what, What::Column(column) if column.is_of_launch());
         match self.is_box && is_of_contact && finding.covariate == "angle" {
-            true => little(self.floor, self.resolved).max(self.floor),
+            true => self.floor.max(self.resolved),
             false => little(self.floor, self.resolved),
         }
     }
