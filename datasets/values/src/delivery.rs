@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Delivered, Split, Strike, wrap_angle};
+use crate::{Command, Delivered, Split, Strike, wrap_angle};
 
 /// How repeats of one command differ in what the arm delivers: standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,22 +47,88 @@ impl Strike {
     }
 }
 
-/// Strikes with what was delivered in place of what was commanded, calibrated, those left out of which that is not known; `None` where it is
-/// known of fewer than half.
-pub fn delivered_strikes(strikes: &[Strike]) -> Option<Vec<Strike>> {
-    let known = strikes.iter().filter(|strike| strike.delivered.is_some());
-    let count = known.count();
-    (count > 0 && 2 * count >= strikes.len()).then(|| {
+/// What is known of the launches that an arm delivered.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Deliveries {
+    /// They are known of fewer than half of the strikes.
+    Unknown,
+    /// What is known of them is wrong: objects go as they were commanded to, and surely not as it says.
+    NotFollowed,
+    /// Strikes with what was delivered in place of what was commanded, calibrated; those left out of which that is not known.
+    Known(Vec<Strike>),
+}
+
+impl Deliveries {
+    /// What is known of these strikes.
+    #[must_use]
+    pub fn of(strikes: &[Strike]) -> Self {
+        let count = strikes.iter().filter(|s| s.delivered.is_some()).count();
+        if count == 0 || 2 * count < strikes.len() {
+            return Self::Unknown;
+        }
         let each = strikes.iter().zip(calibrated(strikes));
-        let delivered = each.filter_map(|(strike, delivered)| {
-            Some(Strike {
-                command: delivered?.command(),
-                delivered,
-                ..strike.clone()
-            })
+        let known: Vec<(&Strike, Delivered)> = each
+            .filter_map(|(strike, delivered)| Some((strike, delivered?)))
+            .collect();
+        if objects_follow_commands(&known) {
+            return Self::NotFollowed;
+        }
+        let delivered = known.into_iter().map(|(strike, delivered)| Strike {
+            command: delivered.command(),
+            delivered: Some(delivered),
+            ..strike.clone()
         });
-        delivered.collect()
+        Self::Known(delivered.collect())
+    }
+}
+
+/// Whether paths are told by commands surely better than by these deliveries: by curves of the second degree, in length or in direction.
+fn objects_follow_commands(known: &[(&Strike, Delivered)]) -> bool {
+    /// Difference of logarithms of likelihood from which it is no chance.
+    const SURELY: f64 = 10.0;
+    /// Errors count for no more than so many deviations of the usual one: what went astray speaks for neither.
+    const ASTRAY: f64 = 6.0;
+    let paths = known.iter().filter_map(|(strike, delivered)| {
+        let path = strike.path_beside_command()?;
+        let of = |command: Command| [command.speed.max(1e-9).ln(), command.angle];
+        let commanded = of(strike.command);
+        let path = [path[0] + commanded[0], path[1] + commanded[1]];
+        (strike.split != Split::Test).then_some((path, commanded, of(delivered.command())))
+    });
+    let paths: Vec<([f64; 2], [f64; 2], [f64; 2])> = paths.collect();
+    (0..2).any(|quantity| {
+        let errors = |x: &dyn Fn(&([f64; 2], [f64; 2], [f64; 2])) -> f64| {
+            let x: Vec<f64> = paths.iter().map(x).collect();
+            let y = DVector::from_iterator(paths.len(), paths.iter().map(|p| p.0[quantity]));
+            let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
+            let curve = DMatrix::from_fn(x.len(), 3, |i, k| (x[i] - mean).powi(k as i32));
+            Some(&y - &curve * project(&curve, &y)?)
+        };
+        let by_command = errors(&|(_, commanded, _)| commanded[quantity]);
+        let by_state = errors(&|(_, _, delivered)| delivered[quantity]);
+        let (Some(by_command), Some(by_state)) = (by_command, by_state) else {
+            return false;
+        };
+        let most = ASTRAY * usual(&by_command);
+        let square = |errors: &DVector<f64>| -> f64 {
+            errors.iter().map(|e| e.abs().min(most).powi(2)).sum()
+        };
+        let likelier = 0.5 * paths.len() as f64 * (square(&by_state) / square(&by_command)).ln();
+        likelier > SURELY
     })
+}
+
+/// Coefficients of least squares of `values` over the columns of `design`.
+fn project(design: &DMatrix<f64>, values: &DVector<f64>) -> Option<DVector<f64>> {
+    let gram = design.tr_mul(design).svd(true, true);
+    gram.solve(&design.tr_mul(values), 1e-9).ok()
+}
+
+/// Standard deviation of errors by their median, which few that went astray do not move.
+fn usual(errors: &DVector<f64>) -> f64 {
+    let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    1.4826 * sizes.get(sizes.len() / 2).copied().unwrap_or_default()
 }
 
 /// What the arm delivered in each strike, drawn to what it makes of such commands by what of the differences objects do not follow. The strikes that
@@ -171,10 +237,6 @@ fn followed_share(
     const SURELY: f64 = 2.0;
     /// An arm's errors must spread by less than its deliveries, for these to show how paths follow them.
     const SPREAD: f64 = 10.0;
-    let project = |design: &DMatrix<f64>, values: &DVector<f64>| -> Option<DVector<f64>> {
-        let gram = design.tr_mul(design).svd(true, true);
-        gram.solve(&design.tr_mul(values), 1e-9).ok()
-    };
     let learning: Vec<usize> = (0..read.len()).filter(|i| learns[*i]).collect();
     if learning.is_empty() || learning.len() < FEWEST * basis.ncols() {
         return None;
@@ -205,9 +267,7 @@ fn followed_share(
         let freedom = rows.len().saturating_sub(basis.ncols() + 1).max(1) as f64;
         let variance = errors.norm_squared() / freedom;
         if round == 0 {
-            let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
-            sizes.sort_by(f64::total_cmp);
-            let most = ASTRAY * 1.4826 * sizes[sizes.len() / 2];
+            let most = ASTRAY * usual(&errors);
             let kept = rows.iter().zip(errors.iter());
             rows = kept
                 .filter(|(_, e)| e.abs() <= most)
@@ -296,12 +356,39 @@ mod tests {
     #[test]
     fn what_was_delivered_stands_in_for_the_command_where_most_is_known() {
         let half: Vec<Strike> = (0..10).map(|i| strike(i, i.is_multiple_of(2))).collect();
-        let delivered = delivered_strikes(&half).expect("half is known");
+        let Deliveries::Known(delivered) = Deliveries::of(&half) else {
+            panic!("half is known");
+        };
         assert_eq!(delivered.len(), 5);
         assert!((delivered[0].command.speed - 0.5 * 0.91).abs() < 1e-12);
         let few: Vec<Strike> = (0..10).map(|i| strike(i, i == 3)).collect();
-        assert_eq!(delivered_strikes(&few), None);
-        assert_eq!(delivered_strikes(&[]), None);
+        assert_eq!(Deliveries::of(&few), Deliveries::Unknown);
+        assert_eq!(Deliveries::of(&[]), Deliveries::Unknown);
+    }
+
+    #[test]
+    fn a_state_that_objects_do_not_follow_is_not_believed() {
+        let of = |change: &dyn Fn(&mut Delivered, Command)| {
+            let mut strikes = read(0.005, 0.001);
+            for strike in &mut strikes {
+                let command = strike.command;
+                strike.delivered.iter_mut().for_each(|d| change(d, command));
+            }
+            Deliveries::of(&strikes)
+        };
+        let is_known = |deliveries| matches!(deliveries, Deliveries::Known(_));
+        assert!(is_known(of(&|_, _| {})));
+        // An arm that is slow, that turns, and a state of another scale.
+        assert!(is_known(of(&|d, _| d.tip_speed *= 0.8)));
+        assert!(is_known(of(&|d, _| d.tip_angle *= 0.9)));
+        // Cut off at the speed of most, mirrored, and read once in a while.
+        let cut = of(&|d, _| d.tip_speed = d.tip_speed.min(0.7));
+        assert_eq!(cut, Deliveries::NotFollowed);
+        assert_eq!(
+            of(&|d, c| d.tip_angle = 0.05 * (40.0 * c.angle).sin()),
+            Deliveries::NotFollowed
+        );
+        assert_eq!(of(&|d, _| d.tip_speed = 0.7), Deliveries::NotFollowed);
     }
 
     /// Strikes of an arm that scatters by `arm` about its commands and is read with an error of `read` more, both relative: objects slide as far as

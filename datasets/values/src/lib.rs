@@ -19,7 +19,7 @@ mod stop_errors;
 mod strays;
 mod strike;
 
-pub use delivery::{ArmScatter, arm_scatter, calibrated, delivered_strikes};
+pub use delivery::{ArmScatter, Deliveries, arm_scatter, calibrated};
 pub use geometry::{Point, wrap_angle};
 pub use interval::Interval;
 pub use median::median;

@@ -203,7 +203,7 @@ impl Results {
         let told = found.into_iter().flat_map(|diagnosis| {
             let is_at_rest = diagnosis.verdict == Verdict::Consistent;
             let is_told = move |note: &&Sentence<Note>| match note.finding() {
-                Some(Note::AsCommanded) => true,
+                Some(Note::AsCommanded { identified }) => *identified,
                 Some(Note::ValuesHoldTheGap) => is_at_rest,
                 _ => false,
             };

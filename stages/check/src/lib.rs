@@ -255,7 +255,10 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     is_other |= findings.iter().any(|f| {
         matches!(
             f,
-            Finding::Scaled { .. } | Finding::Swelling { .. } | Finding::StateClock { .. }
+            Finding::Scaled { .. }
+                | Finding::Bent { .. }
+                | Finding::Swelling { .. }
+                | Finding::StateClock { .. }
         )
     });
     let is_sure = delay.filter(|delay| !is_apart && !is_other && delay.is_sure());

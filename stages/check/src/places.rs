@@ -5,7 +5,7 @@
 //! command has to do with it.
 
 use ingest::Meeting;
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{SMatrix, SVector};
 use values::{Point, Rig};
 
 use crate::finding::{Delay, Finding, LogRead};
@@ -58,7 +58,7 @@ pub(crate) fn findings(rig: &Rig, logs: &[LogRead<'_>], delay: Option<Delay>) ->
             strikes: line.strikes,
         })
     };
-    if let Some(found) = Origins::scaled(rig, &meetings) {
+    if let Some(found) = Origins::pictured(rig, &meetings) {
         return vec![found];
     }
     let all = line_of(&meetings);
@@ -207,11 +207,48 @@ pub(crate) struct Origins {
     pub(crate) delay: Delay,
 }
 
-/// Radii, delay, both coordinates of a displacement, a turn and an excess of the scale, with standard errors; the spread of a coordinate, and each meeting's distance
-/// left.
+/// Radii, delay, both coordinates of a displacement, a turn, and two of what a picture does.
+const TERMS: usize = 7;
+type Row = SVector<f64, TERMS>;
+
+/// What a camera may do to the places of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Picture {
+    Right,
+    /// One excess of all lengths.
+    Scaled,
+    /// One that grows with the square of the distance from where it looks down: a lens.
+    Bent,
+    /// One that grows along a line: a camera that leans.
+    Leaning,
+}
+
+impl Picture {
+    /// How many terms it has.
+    fn terms(self) -> usize {
+        match self {
+            Self::Right => 0,
+            Self::Scaled | Self::Bent => 1,
+            Self::Leaning => 2,
+        }
+    }
+
+    /// What its terms do, each of one, to a place of the table, of a camera that looks down on `centre`.
+    fn of(self, place: Point, centre: Point) -> [Point; 2] {
+        let apart = place - centre;
+        match self {
+            Self::Right => [Point::default(); 2],
+            Self::Scaled => [place, Point::default()],
+            Self::Bent => [apart * apart.dot(apart), Point::default()],
+            Self::Leaning => [apart * -apart.x, apart * -apart.y],
+        }
+    }
+}
+
+/// The terms with standard errors; the spread of a coordinate, and each meeting's distance left.
 struct Fitted {
-    values: Vector6<f64>,
-    errors: Vector6<f64>,
+    values: Row,
+    errors: Row,
     spread: f64,
     left: Vec<f64>,
 }
@@ -225,12 +262,11 @@ impl Fitted {
 impl Origins {
     /// The origins by the logs' meetings; none where they agree, or where these strikes do not tell.
     pub(crate) fn of(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Self> {
-        let reach = rig.object.solid.radius()? + rig.striker.radius;
         let meetings = meetings(logs);
-        let turned = Self::without_astray(&meetings, reach, Some(0.0), false)?;
+        let turned = Self::without_astray(rig, &meetings, Some(0.0), Picture::Right)?;
         let (fitted, strikes) = match turned.0.is_turned() {
             true => turned,
-            false => Self::without_astray(&meetings, reach, None, false)?,
+            false => Self::without_astray(rig, &meetings, None, Picture::Right)?,
         };
         let Fitted {
             values,
@@ -266,8 +302,7 @@ impl Origins {
     pub(crate) fn of_turned(rig: &Rig, logs: &[LogRead<'_>], by: f64) -> Option<(Point, f64)> {
         /// Difference of both turns, in rad, up to which they are one.
         const ONE: f64 = 0.1;
-        let reach = rig.object.solid.radius()? + rig.striker.radius;
-        let (fitted, _) = Self::without_astray(&meetings(logs), reach, Some(by), false)?;
+        let (fitted, _) = Self::without_astray(rig, &meetings(logs), Some(by), Picture::Right)?;
         let (origin, turn) = (
             Point::new(fitted.values[2], fitted.values[3]),
             fitted.values[4],
@@ -278,29 +313,53 @@ impl Origins {
         (is_one && is_told).then_some((origin, turn))
     }
 
-    /// The finding that the camera has another scale, beside any radii, delay and displacement; none where these strikes do not tell.
-    fn scaled(rig: &Rig, meetings: &[Meeting]) -> Option<Finding> {
-        let reach = rig.object.solid.radius()? + rig.striker.radius;
+    /// The finding that the camera has another scale, or a picture of several, beside any radii, delay and displacement; none where these strikes do not
+    /// tell.
+    fn pictured(rig: &Rig, meetings: &[Meeting]) -> Option<Finding> {
+        /// Difference in −2 ln L, with what another term costs, from which a picture is of several scales: odds of a hundred to one.
+        const SURELY: f64 = 9.2;
         // About one place tips lie around an object by the radii, which a scale would pass for.
         spread(meetings.iter().map(|m| m.object)).filter(|spread| *spread > APART)?;
-        let (fitted, strikes) = Self::without_astray(meetings, reach, None, true)?;
+        let of = |picture| Self::without_astray(rig, meetings, None, picture);
+        let (fitted, strikes) = of(Picture::Scaled)?;
         let (excess, error) = (fitted.values[5], fitted.errors[5]);
         let is_told = excess.abs() > SCALE_BESIDE.max(SURE * error);
-        (is_told && fitted.spread < AGREE).then_some(Finding::Scaled {
-            log: None,
-            scale: 1.0 + excess,
-            error,
-            strikes,
+        if !(is_told && fitted.spread < AGREE) {
+            return None;
+        }
+        let criterion = |picture: Picture| {
+            let left = of(picture)?.0.left;
+            let most = ASTRAY * median(fitted.left.iter().copied())?;
+            let squares: f64 = left.iter().map(|left| left.min(most).powi(2)).sum();
+            let n = meetings.len() as f64;
+            let scale = fitted.left.len() as f64 / left.len().max(1) as f64;
+            Some(n * (squares * scale).ln() + picture.terms() as f64 * n.ln())
+        };
+        let scaled = criterion(Picture::Scaled)?;
+        let others = [Picture::Bent, Picture::Leaning].into_iter();
+        let others = others.filter_map(|picture| Some((picture, criterion(picture)?)));
+        let best = others.min_by(|a, b| a.1.total_cmp(&b.1));
+        Some(match best.filter(|best| best.1 < scaled - SURELY) {
+            Some((picture, _)) => Finding::Bent {
+                leans: picture == Picture::Leaning,
+                strikes,
+            },
+            None => Finding::Scaled {
+                log: None,
+                scale: 1.0 + excess,
+                error,
+                strikes,
+            },
         })
     }
 
     /// The fit, once more without those that are astray, and how many strikes it is of; with a turn that is about this (rad), where one is given, and
-    /// with a scale where it is asked for.
+    /// with what a picture of this kind does.
     fn without_astray(
+        rig: &Rig,
         meetings: &[Meeting],
-        reach: f64,
         turn: Option<f64>,
-        is_scaled: bool,
+        picture: Picture,
     ) -> Option<(Fitted, usize)> {
         let mut meetings = meetings.to_vec();
         let mut fitted: Option<Fitted> = None;
@@ -311,7 +370,7 @@ impl Origins {
             }
             let known = fitted.as_ref().map(|fitted| fitted.values[4]);
             let turn_now = turn.map(|turn| known.unwrap_or(turn));
-            let found = Self::through(&meetings, reach, turn_now, is_scaled)?;
+            let found = Self::through(rig, &meetings, turn_now, picture)?;
             let usual = 1.4826 * median(found.left.iter().copied())?;
             let mut left = found.left.iter();
             if fitted.is_none() || turn.is_none() {
@@ -322,17 +381,18 @@ impl Origins {
         Some((fitted?, meetings.len()))
     }
 
-    /// Least squares of radii, delay and both coordinates of the displacement; with a turn beside one that is known, where that is given, and with a
-    /// scale where it is asked for.
+    /// Least squares of radii, delay and both coordinates of the displacement; with a turn beside one that is known, where that is given, and with what
+    /// a picture of this kind does. Of a round object alone.
     fn through(
+        rig: &Rig,
         meetings: &[Meeting],
-        reach: f64,
         turn: Option<f64>,
-        is_scaled: bool,
+        picture: Picture,
     ) -> Option<Fitted> {
+        let reach = rig.object.solid.radius()? + rig.striker.radius;
         let known = turn.unwrap_or(0.0);
         // For each coordinate of a meeting: its terms, and what lies between the centres beyond the radii.
-        let rows: Vec<(Vector6<f64>, f64)> = meetings
+        let rows: Vec<(Row, f64)> = meetings
             .iter()
             .flat_map(|m| {
                 let velocity = m.velocity.rotated(known);
@@ -344,25 +404,34 @@ impl Origins {
                     None => tip + towards * reach,
                 };
                 let between = m.object - tip - towards * reach - velocity * m.earlier;
+                let [first, second] = picture.of(turned, rig.camera.centre);
+                let row = |towards, velocity: f64, x, y, turned, first, second| {
+                    Row::from([towards, -velocity, x, y, turned, first, second])
+                };
                 [
                     (
-                        Vector6::new(towards.x, -velocity.x, 1.0, 0.0, -turned.y, turned.x),
+                        row(
+                            towards.x, velocity.x, 1.0, 0.0, -turned.y, first.x, second.x,
+                        ),
                         between.x,
                     ),
                     (
-                        Vector6::new(towards.y, -velocity.y, 0.0, 1.0, turned.x, turned.y),
+                        row(towards.y, velocity.y, 0.0, 1.0, turned.x, first.y, second.y),
                         between.y,
                     ),
                 ]
             })
             .collect();
-        let mut normal: Matrix6<f64> = rows.iter().map(|(row, _)| row * row.transpose()).sum();
-        let mut right: Vector6<f64> = rows.iter().map(|(row, value)| row * *value).sum();
-        let mut terms = 6.0;
-        for (term, _) in [(4, turn.is_some()), (5, is_scaled)]
-            .iter()
-            .filter(|t| !t.1)
-        {
+        let products = rows.iter().map(|(row, _)| row * row.transpose());
+        let mut normal: SMatrix<f64, TERMS, TERMS> = products.sum();
+        let mut right: Row = rows.iter().map(|(row, value)| row * *value).sum();
+        let mut terms = TERMS as f64;
+        let asked = [
+            (4, turn.is_some()),
+            (5, picture.terms() > 0),
+            (6, picture.terms() > 1),
+        ];
+        for (term, _) in asked.iter().filter(|(_, is_asked)| !is_asked) {
             normal.fill_row(*term, 0.0);
             normal.fill_column(*term, 0.0);
             (normal[(*term, *term)], right[*term]) = (1.0, 0.0);
@@ -370,7 +439,7 @@ impl Origins {
         }
         let inverse = normal.cholesky()?.inverse();
         let mut values = inverse * right;
-        let misfit = |(row, value): &(Vector6<f64>, f64)| value - row.dot(&values);
+        let misfit = |(row, value): &(Row, f64)| value - row.dot(&values);
         let squares: f64 = rows.iter().map(|row| misfit(row).powi(2)).sum();
         let spread = (squares / (rows.len() as f64 - terms).max(1.0)).sqrt();
         let errors = inverse
@@ -544,6 +613,37 @@ mod tests {
         };
         assert!(!away(Point::default()));
         assert!(away(Point::new(0.05, -0.03)));
+    }
+
+    #[test]
+    fn a_picture_of_several_scales_is_no_wrong_scale() {
+        let rig = Rig::demo(Shape::Cylinder);
+        let of = |picture: &dyn Fn(Point) -> Point| {
+            let mut seen = seen(1.0, Point::default(), 0.0);
+            for meeting in &mut seen.meetings {
+                meeting.object = picture(meeting.object);
+            }
+            findings(&rig, &[log(&seen)], None)
+        };
+        let centre = rig.camera.centre;
+        let bent = of(&|place| {
+            let apart = place - centre;
+            centre + apart * (1.0 + 0.8 * apart.dot(apart))
+        });
+        assert!(
+            matches!(bent[..], [Finding::Bent { leans: false, .. }]),
+            "{bent:?}"
+        );
+        let leaning = of(&|place| {
+            let apart = place - centre;
+            centre + apart * (1.0 + 0.3 * apart.x + 0.5 * apart.y).recip()
+        });
+        assert!(
+            matches!(leaning[..], [Finding::Bent { leans: true, .. }]),
+            "{leaning:?}"
+        );
+        let scaled = of(&|place| place * 1.06);
+        assert!(matches!(scaled[..], [Finding::Scaled { .. }]), "{scaled:?}");
     }
 
     #[test]

@@ -310,9 +310,11 @@ impl Case<'_, '_> {
         if !self.explains() {
             let is_found = !self.selection.effects.is_empty();
             let note = is_found.then(|| notes::not_named(&self.names(), WhyNot::NoSuchWorld));
-            let (left, all) = (&self.remaining.findings, &self.asked.findings);
+            let left = self.remaining.findings.first();
+            let left = left.map(|left| self.without_effects(left));
             let unpaid = self.moves_unpaid.then_some(Cause::Unpaid);
-            let cause = left.first().or(all.first()).map(depends).or(unpaid);
+            let cause = left.or(self.asked.findings.first());
+            let cause = cause.map(depends).or(unpaid);
             let cause = cause.filter(|_| unexplained == Verdict::Unexplained);
             return Ok(unnamed(unexplained, cause, note));
         }
@@ -424,7 +426,7 @@ impl Case<'_, '_> {
             let note = notes::not_named(&self.names(), WhyNot::MuchIsLeft);
             return Ok(unnamed(
                 Verdict::Unexplained,
-                finding.map(depends),
+                finding.map(|left| depends(self.without_effects(left))),
                 Some(note),
             ));
         }
@@ -441,6 +443,12 @@ impl Case<'_, '_> {
             note: None,
             cause: None,
         })
+    }
+
+    /// A dependence that effects leave, as it is without them where that is found too: what they take of a step has another form.
+    fn without_effects<'f>(&'f self, left: &'f Finding) -> &'f Finding {
+        let is_alike = |f: &&Finding| f.what == left.what && f.covariate == left.covariate;
+        self.asked.findings.iter().find(is_alike).unwrap_or(left)
     }
 
     fn names(&self) -> Vec<&'static str> {

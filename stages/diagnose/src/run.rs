@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use stage::{Progress, Stage};
-use values::{Point, Sentence, Shape};
+use values::{Deliveries, Point, Sentence, Shape};
 use world::{World, effects::Naming};
 
 use crate::{
@@ -39,7 +39,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 73;
+    const VERSION: u32 = 74;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
@@ -167,32 +167,43 @@ impl Diagnose {
         input: &Input,
         progress: &Progress,
     ) -> Result<Diagnosed, DiagnoseError> {
-        match Arm::of(input)? {
-            Some(arm) => {
-                let (found, model) = self.diagnose(&arm.input, Some(&arm), progress)?;
-                // What the arm does beside its laws is no scatter, and objects do not follow a state that is wrong: strikes as they were commanded
-                // tell both, and then are diagnosed themselves.
-                let verdict = found.diagnosis.verdict;
-                let by_laws = arm.moves(input)?;
-                let is_explained = |asked: &Answer| match verdict {
-                    Verdict::Unexplained => arm.has_no_law() || !asked.is_of_launches(),
-                    Verdict::Named => !asked.is_beyond(f64::INFINITY),
-                    Verdict::Consistent => !asked.is_beyond(by_laws),
-                };
-                match self.as_commanded(input, &arm.with_laws(model)) {
-                    Ok((asked, variation)) if is_explained(&asked) => {
-                        arm.complete(found, input, variation)
-                    }
-                    Ok(_) | Err(DiagnoseError::NoFit { .. }) => {
-                        let (mut found, _) = self.diagnose(input, None, progress)?;
-                        found.diagnosis.notes.push(Note::AsCommanded.into());
-                        Ok(found)
-                    }
-                    Err(error) => Err(error),
-                }
+        let arm = match Deliveries::of(&input.strikes) {
+            Deliveries::Unknown => return Ok(self.diagnose(input, None, progress)?.0),
+            Deliveries::NotFollowed => return self.beside_the_state(input, false, progress),
+            Deliveries::Known(strikes) => Arm::of(input, strikes)?,
+        };
+        let (found, model) = self.diagnose(&arm.input, Some(&arm), progress)?;
+        // What the arm does beside its laws is no scatter, and objects do not follow a state that is wrong: strikes as they were commanded
+        // tell both, and then are diagnosed themselves.
+        let verdict = found.diagnosis.verdict;
+        let by_laws = arm.moves(input)?;
+        let is_explained = |asked: &Answer| match verdict {
+            Verdict::Unexplained => arm.has_no_law() || !asked.is_of_launches(),
+            Verdict::Named => !asked.is_beyond(f64::INFINITY),
+            Verdict::Consistent => !asked.is_beyond(by_laws),
+        };
+        match self.as_commanded(input, &arm.with_laws(model)) {
+            Ok((asked, variation)) if is_explained(&asked) => arm.complete(found, input, variation),
+            Ok(_) | Err(DiagnoseError::NoFit { .. }) => {
+                self.beside_the_state(input, true, progress)
             }
-            None => Ok(self.diagnose(input, None, progress)?.0),
+            Err(error) => Err(error),
         }
+    }
+
+    /// The diagnosis of strikes as they were commanded, whatever the arm's state says, by which their world was `identified`, or not.
+    fn beside_the_state(
+        &self,
+        input: &Input,
+        identified: bool,
+        progress: &Progress,
+    ) -> Result<Diagnosed, DiagnoseError> {
+        let (mut found, _) = self.diagnose(input, None, progress)?;
+        found
+            .diagnosis
+            .notes
+            .push(Note::AsCommanded { identified }.into());
+        Ok(found)
     }
 
     /// What the question answers of strikes as they were commanded about this model, and how their stops vary.

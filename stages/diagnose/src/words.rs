@@ -420,9 +420,12 @@ pub enum Note {
     UnexplainedBesideArm,
     #[display(
         "strikes depend on more than what the arm's logged state says of launches: the arm does more than that, or the state is wrong. They were \
-         diagnosed as they were commanded; friction and restitution were identified by the state: compare its speeds and angles with the commands"
+         diagnosed as they were commanded{}: compare its speeds and angles with the commands",
+        if *identified { "; friction and restitution were identified by the state" } else { "" }
     )]
-    AsCommanded,
+    AsCommanded {
+        identified: bool,
+    },
 }
 
 /// Share by which a camera's lengths may be too long, to say what that would do.

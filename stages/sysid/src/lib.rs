@@ -32,7 +32,7 @@ use compare::{Launch, StrikeSimulator};
 use identify::Identifiability;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
-use values::{Rig, Sentence, Shape, Solid, Split, Strays, Strike, arm_scatter, delivered_strikes};
+use values::{Deliveries, Rig, Sentence, Shape, Solid, Split, Strays, Strike, arm_scatter};
 use world::{World, parameter};
 
 /// How to identify.
@@ -93,7 +93,7 @@ pub struct Fit {
 
 impl Stage for Sysid {
     const NAME: &'static str = "sysid";
-    const VERSION: u32 = 30;
+    const VERSION: u32 = 31;
     type Input = Input;
     type Output = Fit;
     type Error = SysidError;
@@ -161,8 +161,11 @@ impl Sysid {
             .cloned()
             .partition(|strike| strike.conditions.is_unstruck);
         // Where the arm's state is logged, launches are taken as delivered.
-        let delivered = delivered_strikes(&struck);
-        let strikes = delivered.as_deref().unwrap_or(&struck);
+        let deliveries = Deliveries::of(&struck);
+        let (strikes, are_delivered) = match &deliveries {
+            Deliveries::Known(delivered) => (delivered, true),
+            Deliveries::Unknown | Deliveries::NotFollowed => (&struck, false),
+        };
         let learning = |strikes: &[Strike]| -> Vec<Strike> {
             strikes
                 .iter()
@@ -321,7 +324,7 @@ impl Sysid {
                 fitted.simulations = freed.simulations;
             }
         }
-        let sizes = sizes::contradicted(&input.rig, &fitted, &strikes, delivered.is_some())?;
+        let sizes = sizes::contradicted(&input.rig, &fitted, &strikes, are_delivered)?;
         // What no strike began is told apart.
         let told = if launched.is_empty() {
             &strikes
@@ -344,13 +347,16 @@ impl Sysid {
         let scatter = fitted.components.nuisance[scatter::FRICTION];
         let unseen = wander::unseen(&used, scatter, &all);
         let mut world = interval::with_intervals(&fitted, unseen, shared.as_ref())?;
-        if delivered.is_some() {
+        if are_delivered {
             // Its scatter is the impact's; the arm's comes on top.
             let arm = arm_scatter(&struck);
             world.scatter.speed = world.scatter.speed.hypot(arm.speed);
             world.scatter.angle = world.scatter.angle.hypot(arm.angle);
         }
         let mut warnings = Vec::new();
+        if deliveries == Deliveries::NotFollowed {
+            warnings.push(Note::StateNotFollowed);
+        }
         if again > 0 {
             warnings.push(Note::PushedAgain {
                 count: again,

@@ -8,6 +8,11 @@ use serde::{Deserialize, Serialize};
 /// What to look at on the rig, what the data cannot determine, and what a world does not model.
 #[derive(Clone, Debug, Display, Serialize, Deserialize)]
 pub enum Note {
+    #[display(
+        "objects go as they were commanded to, and not as the arm's logged state says: the state is not believed, and launches were taken as they \
+         were commanded; compare the state's speeds and angles with the commands"
+    )]
+    StateNotFollowed,
     #[display("in {count} of {of} strikes the arm pushes the object on after the impact, or it speeds up again as if the arm or the table did: {}",
         if *are_left_out { "left out" } else { "kept, for they are most, or too few others are there" })]
     PushedAgain {

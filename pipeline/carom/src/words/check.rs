@@ -443,6 +443,14 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 },
             )
         }
+        Finding::Bent { leans, strikes } => said(
+            format!("over {strikes} strikes the camera's lengths differ from place to place, by the tip's measured places"),
+            match leans {
+                true => "the camera leans",
+                false => "its lens bends the picture",
+            },
+            "correct it where places are measured (`carom camera calibrate`); a diagnosis names it where strikes show it".into(),
+        ),
         Finding::CommandFrame { log, strikes, by } => said(
             format!(
                 "{}the arm moves {:.1}° beside its commands, by its measured velocity, and {strikes} objects leave as it moves",

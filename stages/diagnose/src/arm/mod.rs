@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use values::{
-    ArmScatter, Command, Point, Sentence, Split, Strike, arm_scatter, calibrated, delivered_strikes,
+    ArmScatter, Command, Deliveries, Point, Sentence, Split, Strike, arm_scatter, calibrated,
 };
 use world::{
     Estimate,
@@ -43,18 +43,15 @@ pub(crate) struct Arm {
 }
 
 impl Arm {
-    /// The arm of these strikes; `None` where its state is known of fewer than half.
-    pub(crate) fn of(input: &Input) -> Result<Option<Self>, DiagnoseError> {
-        let Some(strikes) = delivered_strikes(&input.strikes) else {
-            return Ok(None);
-        };
+    /// The arm of these strikes, which were delivered as `strikes` say.
+    pub(crate) fn of(input: &Input, strikes: Vec<Strike>) -> Result<Self, DiagnoseError> {
         let fitted = fitted(input);
         let laws = fit(&input.rig, &fitted)?;
         let input = Input {
             strikes,
             ..input.clone()
         };
-        Ok(Some(Self { laws, input }))
+        Ok(Self { laws, input })
     }
 
     /// Whether an effect is one of the arm, or the name of a law found here.
