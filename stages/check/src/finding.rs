@@ -358,8 +358,8 @@ pub enum Finding {
         error: f64,
         strikes: usize,
     },
-    /// By the tip's measured places the camera shows the table in several scales, as a lens does, or a camera that `leans`.
-    Bent { leans: bool, strikes: usize },
+    /// By the tip's measured places the camera shows the table in several scales, as a lens does, or a camera that leans.
+    Bent { strikes: usize },
     /// The arm's measured velocities point beside the ways that its measured places go, by this in the middle.
     StateFrame { beside: f64, strikes: usize },
     /// The arm's measured velocities point beside its commands, by this in the middle, and objects leave as commanded.

@@ -33,7 +33,7 @@ use identify::Identifiability;
 use serde::{Deserialize, Serialize};
 use stage::{Progress, Stage};
 use values::{Deliveries, Rig, Sentence, Shape, Solid, Split, Strays, Strike, arm_scatter};
-use world::{World, parameter};
+use world::{Estimate, World, parameter};
 
 /// How to identify.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -356,6 +356,15 @@ impl Sysid {
         let mut warnings = Vec::new();
         if deliveries == Deliveries::NotFollowed {
             warnings.push(Note::StateNotFollowed);
+        }
+        if let Some(&Estimate {
+            value,
+            low: Some(low),
+            high: Some(high),
+        }) = world.parameters.get("restitution")
+            && high < 0.0
+        {
+            warnings.push(Note::NegativeRestitution { value, low, high });
         }
         if again > 0 {
             warnings.push(Note::PushedAgain {

@@ -13,6 +13,11 @@ pub enum Note {
          were commanded; compare the state's speeds and angles with the commands"
     )]
     StateNotFollowed,
+    #[display(
+        "restitution is {value:.2} [{low:.2}, {high:.2}], and none is less than 0: objects leave slower than the tip is commanded to go. The arm delivers \
+         less (a speed override, a limit), the object is heavy beside what strikes it, or a unit is wrong; what was identified holds while that stays"
+    )]
+    NegativeRestitution { value: f64, low: f64, high: f64 },
     #[display("in {count} of {of} strikes the arm pushes the object on after the impact, or it speeds up again as if the arm or the table did: {}",
         if *are_left_out { "left out" } else { "kept, for they are most, or too few others are there" })]
     PushedAgain {

@@ -7,8 +7,8 @@ use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 use rig::{Hidden, Truth};
 use stage::{Progress, Stage};
-use sysid::{Fit, Input, Sysid, algorithm2::algorithm2};
-use values::{Command, Conditions, Point, Rig, Shape, Split, Strike, Track};
+use sysid::{Fit, Input, Note, Sysid, algorithm2::algorithm2};
+use values::{Command, Conditions, Point, Rig, Sentence, Shape, Split, Strike, Track};
 use world::{Simulator, World};
 
 const FRICTION: f64 = 0.25;
@@ -318,6 +318,31 @@ fn the_papers_algorithm_brings_the_stops_together() {
     )
     .expect("valid");
     assert!(error < 2e-3, "{error}");
+}
+
+#[test]
+fn an_arm_that_delivers_half_of_what_it_is_commanded_is_told_by_a_restitution_that_no_impact_has() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let noise = Noise {
+        speed: 0.01,
+        angle: 0.005,
+        camera: 5e-4,
+    };
+    let mut strikes = strikes(&rig, &truth(), 30, &noise, 11);
+    let is_told = |fit: &Fit| {
+        let negative = |w: &Sentence<Note>| matches!(w.finding(), Some(Note::NegativeRestitution { high, .. }) if *high < 0.0);
+        fit.warnings.iter().any(negative)
+    };
+    assert!(!is_told(&identify(
+        &rig,
+        World::nominal(),
+        strikes.clone(),
+        &[]
+    )));
+    strikes
+        .iter_mut()
+        .for_each(|strike| strike.command.speed *= 2.0);
+    assert!(is_told(&identify(&rig, World::nominal(), strikes, &[])));
 }
 
 #[test]

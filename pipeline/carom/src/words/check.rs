@@ -443,12 +443,9 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 },
             )
         }
-        Finding::Bent { leans, strikes } => said(
+        Finding::Bent { strikes } => said(
             format!("over {strikes} strikes the camera's lengths differ from place to place, by the tip's measured places"),
-            match leans {
-                true => "the camera leans",
-                false => "its lens bends the picture",
-            },
+            "its lens bends the picture, or the camera leans",
             "correct it where places are measured (`carom camera calibrate`); a diagnosis names it where strikes show it".into(),
         ),
         Finding::CommandFrame { log, strikes, by } => said(
