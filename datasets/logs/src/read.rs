@@ -7,6 +7,7 @@ mod bag;
 mod body;
 mod chunk;
 mod event;
+mod pace;
 mod raw;
 mod records;
 #[cfg(feature = "sqlite")]

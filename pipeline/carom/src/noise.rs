@@ -14,6 +14,7 @@ pub fn noise(rig: &Rig, worlds: &Worlds) -> Noise {
     let gap = worlds.found().map(|found| &found.diagnosis.gap);
     Noise {
         measured: gap.map(|gap| gap.noise_floor),
+        sessions: gap.map_or(0.0, |gap| gap.sessions),
         ..identified(rig, &worlds.used().1.world)
     }
 }

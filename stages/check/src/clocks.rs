@@ -85,6 +85,43 @@ pub(crate) fn findings(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
     findings
 }
 
+/// That the camera's stamps go faster or slower than the arm's, by the recorder's clock: in all logs alike, or in some.
+pub(crate) fn slow_stamps(logs: &[LogRead<'_>]) -> Vec<Finding> {
+    /// Least part by which they do that is told: of it, friction is off by twice as much. Its least size in standard errors, and the least of these.
+    const LEAST: f64 = 0.005;
+    const ERRORS: f64 = 5.0;
+    const RESOLVED: f64 = 1e-4;
+    let of_log = |log: &LogRead<'_>| {
+        let [times, error] = log.seen.slow?;
+        Some((log.name.to_owned(), times, error.max(RESOLVED)))
+    };
+    let each: Vec<(String, f64, f64)> = logs.iter().filter_map(of_log).collect();
+    let weigh = |e: &(String, f64, f64)| e.2.powi(-2);
+    let weight: f64 = each.iter().map(weigh).sum();
+    let together = each.iter().map(|e| weigh(e) * e.1).sum::<f64>() / weight;
+    let is_told = |times: f64, error: f64| times.ln().abs() > LEAST.max(ERRORS * error);
+    let are_alike = each
+        .iter()
+        .all(|(_, times, error)| (times - together).abs() < ERRORS * error);
+    if are_alike && is_told(together, weight.powf(-0.5)) {
+        let (times, error) = (together, weight.powf(-0.5));
+        return vec![Finding::SlowStamps {
+            log: None,
+            times,
+            error,
+        }];
+    }
+    let told = each
+        .into_iter()
+        .filter(|(_, times, error)| is_told(*times, *error));
+    let finding = |(log, times, error)| Finding::SlowStamps {
+        log: Some(log),
+        times,
+        error,
+    };
+    told.map(finding).collect()
+}
+
 /// Logs whose arm's measured state has another clock than its commands and the camera. By the state the arm then moves before it is commanded to, or
 /// after the object does; else, where the touches tell the same time, the camera's clock agrees with the commands'.
 pub(crate) fn state_clocks(rig: &Rig, logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {

@@ -455,6 +455,12 @@ pub enum Finding {
         gains_speed: bool,
         strikes: usize,
     },
+    /// By the recorder's clock the camera's stamps, of all logs or of one, go so many times as slow as the arm's.
+    SlowStamps {
+        log: Option<String>,
+        times: f64,
+        error: f64,
+    },
     /// Objects of a log leave turned against those of the others.
     SessionTurned {
         log: String,
@@ -613,6 +619,7 @@ impl Finding {
             | Self::MostlyRejected { .. }
             | Self::Gathering { .. }
             | Self::Swelling { .. }
+            | Self::SlowStamps { .. }
             | Self::SessionTurned { .. }
             | Self::SessionSpeed { .. }
             | Self::TurnedWithin { .. }

@@ -145,6 +145,7 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         }
         findings.extend(state_clocks);
         findings.extend(clocks::findings(logs, &paired));
+        findings.extend(clocks::slow_stamps(logs));
         let reach = places::reach(rig, logs);
         if !is_polar {
             // What no touch began tells no speed.

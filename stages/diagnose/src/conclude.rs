@@ -40,6 +40,8 @@ const POWER: f64 = 0.84;
 
 /// Ratio of stop errors to the scatter of repeats above which something else moves stops by as much as that scatter.
 const GREAT: f64 = std::f64::consts::SQRT_2;
+/// What is left beside names is told from this share of repeats' scatter on: it makes a tenth of it more.
+const TOLD_LEFT: f64 = 0.5;
 
 /// All findings that the verdict is drawn from.
 pub(crate) struct Case<'c, 'a> {
@@ -109,12 +111,14 @@ impl Case<'_, '_> {
         let noise = self.noise();
         notes.extend(notes::noise(&noise, &self.selection.fitted, verdict));
         // What no prediction knows is said with the verdict: it is no scatter of repeats, and a model that is right misses by it.
-        let left = match verdict {
-            Verdict::Named => notes::not_all(&judged.gap),
-            _ => None,
-        };
-        let varies = notes::variation(&judged.gap).map(Note::Varies);
-        let beside = left.into_iter().chain(varies).collect();
+        let mut beside = Vec::new();
+        if verdict == Verdict::Named {
+            beside.extend(notes::not_all(&judged.gap));
+            let left = self.remaining.findings.first();
+            let left = left.filter(|left| left.size > TOLD_LEFT * judged.gap.noise_floor);
+            beside.extend(left.map(|left| Note::StillDepends(left.into())));
+        }
+        beside.extend(notes::variation(&judged.gap).map(Note::Varies));
         match verdict {
             Verdict::Named => notes.extend(self.at_ends()),
             Verdict::Unexplained => notes.push(Note::ValuesHoldTheGap),

@@ -176,6 +176,9 @@ const PLANE: usize = 4;
 /// Standard deviation of starts, in m, below which they count as one place.
 const STARTS: f64 = 0.005;
 
+/// Typical height of a launch's bumps, relative in speed and in rad.
+const LAUNCHES: f64 = 0.01;
+
 /// A bump's place, and the direction in which it acts.
 type Place = (Point, Point);
 
@@ -330,12 +333,24 @@ pub(crate) fn bumps<'a>(
             )
         }
         Covariate::Speed => {
-            let speeds = line(strikes.iter().map(|s| s.command.speed), COMMANDS);
-            Some(
-                builder.launched(on_line(&speeds, &[ahead, left]), &|i, place| {
-                    bump(strikes[i].command.speed - place.x, speeds.1)
-                }),
-            )
+            let (centres, spacing) = line(strikes.iter().map(|s| s.command.speed), COMMANDS);
+            let height = |i: usize, centre: f64| bump(strikes[i].command.speed - centre, spacing);
+            let all = 0..strikes.len();
+            let mean = |centre: &f64| all.clone().map(|i| height(i, *centre)).sum::<f64>();
+            let means: Vec<f64> = centres
+                .iter()
+                .map(|c| mean(c) / strikes.len() as f64)
+                .collect();
+            let places = on_line(&(centres.clone(), spacing), &[ahead, left]);
+            Some(builder.own(places, LAUNCHES, &|i, (at, direction)| {
+                let height = height(i, at.x);
+                // No law of speeds turns all strikes alike.
+                let mean = centres
+                    .iter()
+                    .position(|c| *c == at.x)
+                    .map_or(0.0, |k| means[k]);
+                [direction.x * height, direction.y * (height - mean), 0.0]
+            }))
         }
         Covariate::Angle => {
             let angles = line(strikes.iter().map(|s| s.command.angle), COMMANDS);
@@ -409,7 +424,7 @@ impl Builder<'_, '_, '_> {
 
     /// Launches: speed for a place that points ahead, angle for one that points left.
     fn launched(&self, places: Vec<Place>, height: &(dyn Fn(usize, Point) -> f64 + Sync)) -> Bumps {
-        self.own(places, 0.01, &|i, place| {
+        self.own(places, LAUNCHES, &|i, place| {
             let height = height(i, place.0);
             [place.1.x * height, place.1.y * height, 0.0]
         })

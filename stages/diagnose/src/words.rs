@@ -299,6 +299,8 @@ pub enum Note {
         missed: f64,
         repeats: f64,
     },
+    #[display("that is not all: beside what is named {_0}")]
+    StillDepends(Dependence),
     #[display("{FACING}")]
     Facing,
     /// A share that angles of launch are off by, half of its 95 % interval, and a factor on the ratio of radius to half side that does as much.

@@ -11,7 +11,7 @@ use crate::outcome::{LogFile, LogOutcome, StrikeSummary};
 
 impl ListStage for Ingest {
     const NAME: &'static str = "ingest";
-    const VERSION: u32 = 35;
+    const VERSION: u32 = 36;
     type Shared = Rig;
     type Item = LogFile;
     type Entry = Strike;

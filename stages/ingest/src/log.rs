@@ -22,6 +22,7 @@ use crate::unmeasured::Unmeasured;
 use crate::yaw::YawSample;
 
 const OBJECT: usize = 0;
+const COMMAND: usize = 1;
 const STATE: usize = 2;
 const POSE: usize = 3;
 
@@ -184,7 +185,8 @@ fn read_by(
         Event::Lost(damage) => segmenter.close(EndOfData::Lost(damage.why.clone())),
     })?;
     segmenter.close(EndOfData::End);
-    let segmented = segmenter.finish();
+    let mut segmented = segmenter.finish();
+    segmented.seen.slow = slow(&summary.paces);
     let notes = notes(&summary, topics).into_iter().chain(segmented.notes);
     let mut outcome = LogOutcome {
         left_out: None,
@@ -216,6 +218,17 @@ fn read_by(
         outcome.notes.push(Note::Slides(slides).into());
     }
     Ok((outcome, summary))
+}
+
+/// How many times as slow the camera's stamps go as those of commands, or of states: where all are of a simulated time they are slow alike.
+fn slow(paces: &[Option<[f64; 2]>]) -> Option<[f64; 2]> {
+    let of = |topic: usize| paces.get(topic).copied().flatten();
+    let ([camera, error], arm) = (of(OBJECT)?, of(COMMAND).or(of(STATE)));
+    let [arm, arm_error] = arm.unwrap_or([1.0, 0.0]);
+    let ratio = camera / arm;
+    ratio
+        .is_finite()
+        .then_some([ratio, ratio * (error / camera).hypot(arm_error / arm)])
 }
 
 /// Somewhere in the log a message is wrong, and nothing shows where: no strike of it is kept.

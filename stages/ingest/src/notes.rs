@@ -68,6 +68,11 @@ pub enum Note {
     )]
     Carried(u64),
     #[display(
+        "{_0} objects slid though no command was logged near: hands pushed them, or their commands are missing; they teach nothing, for without the \
+         arm's state it is not known where the arm was"
+    )]
+    Uncommanded(u64),
+    #[display(
         "{_0} commands came too long before the centroids of their time and were judged without them"
     )]
     CommandsUnseen(u64),

@@ -68,6 +68,8 @@ pub(crate) struct Pushes {
     tips: VecDeque<State>,
     /// Motions that were taken for a hand's carrying.
     carried: u64,
+    /// Times in s of slides of which no state tells where the arm was.
+    untold: Vec<f64>,
 }
 
 enum Phase {
@@ -79,6 +81,8 @@ enum Phase {
 /// What a motion that has ended was.
 enum Motion {
     Slide(Box<Strike>),
+    /// A slide from this time (s) on, of a log that does not tell where the arm is.
+    Untold(f64),
     /// No slide, and the arm was far away.
     Carried,
     /// Too little to tell, or the arm's.
@@ -97,6 +101,7 @@ impl Pushes {
             ended: VecDeque::new(),
             tips: VecDeque::new(),
             carried: 0,
+            untold: Vec::new(),
         }
     }
 
@@ -199,6 +204,7 @@ impl Pushes {
             }
             match self.motion(run, log, rig) {
                 Motion::Slide(slide) => slides.push(*slide),
+                Motion::Untold(from) => self.untold.push(from),
                 Motion::Carried => self.carried += 1,
                 Motion::Other => {}
             }
@@ -212,11 +218,21 @@ impl Pushes {
         std::mem::take(&mut self.carried)
     }
 
+    /// Times in s of slides since the last call, in a log that does not tell where the arm is: strikes' and others.
+    pub(crate) fn take_untold(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.untold)
+    }
+
     /// Classifies one motion.
     fn motion(&self, run: &[Sample], log: &str, rig: &Rig) -> Motion {
         let all = without_outliers(run, self.noise);
-        if let Some(slide) = self.slide(&all, log, rig) {
-            return Motion::Slide(Box::new(slide));
+        if let Some((slide, until)) = self.slide(&all, log, rig) {
+            if self.tips.is_empty() {
+                return Motion::Untold(slide.t_start);
+            }
+            if self.is_far(&all[..until], rig) {
+                return Motion::Slide(Box::new(slide));
+            }
         }
         let is_fast = (0..all.len()).any(|at| speed(&all, at) >= SLOWEST);
         let goes = all.first().zip(all.last());
@@ -227,8 +243,8 @@ impl Pushes {
         }
     }
 
-    /// The slide of one motion, if it is one that no strike began.
-    fn slide(&self, all: &[Sample], log: &str, rig: &Rig) -> Option<Strike> {
+    /// The slide of one motion, if it is one, as what no strike began, and the number of frames up to its end.
+    fn slide(&self, all: &[Sample], log: &str, rig: &Rig) -> Option<(Strike, usize)> {
         let begin = all.first()?.stamp;
         let resting = all.partition_point(|frame| since(begin, frame.stamp) < 0.5 * REST);
         let before: Vec<Point> = all[..resting].iter().map(place).collect();
@@ -271,10 +287,10 @@ impl Pushes {
             && (-BRAKES..SPEEDS_UP).contains(&along)
             && is_braked_evenly(&track, ahead, noise)
             && !track.is_pushed_again();
-        if !is_slide || !self.is_far(&all[..from + frames.len()], rig) {
+        if !is_slide {
             return None;
         }
-        Some(Strike {
+        let slide = Strike {
             id: slide_id(frames),
             log: log.into(),
             t_start: seconds(first.stamp),
@@ -290,7 +306,8 @@ impl Pushes {
                 parabola.place,
                 stop.unwrap_or(place(last)),
             )
-        })
+        };
+        Some((slide, from + frames.len()))
     }
 
     /// Whether the tip's measured places show that it was far away all the while.

@@ -61,6 +61,9 @@ pub struct Seen {
     /// Ratio of an object's speed a twentieth of a second after it began to move to that between its first frames, one a strike.
     #[serde(default)]
     pub risen: Vec<f64>,
+    /// How many times as slow the camera's stamps go as the arm's do, by the recorder's clock, with the standard error.
+    #[serde(default)]
+    pub slow: Option<[f64; 2]>,
     /// Slides that no strike began.
     #[serde(default)]
     pub slides: Vec<Strike>,

@@ -415,6 +415,7 @@ impl<'a> Segmenter<'a> {
         self.touches.extend(self.breaks.take_touches());
         let slides = self.pushes.take(self.log, self.rig, at_end);
         self.counts.carried += self.pushes.take_carried();
+        self.counts.untold.extend(self.pushes.take_untold());
         self.found.seen.slides.extend(slides);
     }
 
@@ -811,6 +812,8 @@ impl<'a> Segmenter<'a> {
             let are_in_tool_frame = matches!(self.rig.frames.command, CommandFrame::Tool);
             self.found.notes.push(Note::ByState { are_in_tool_frame });
         }
+        let rises = self.found.seen.commands.iter().map(|c| c.rise);
+        self.counts.count_uncommanded(&rises.collect::<Vec<f64>>());
         self.found.notes.extend(self.counts.notes());
         if !self.is_touched {
             self.found.notes.extend(self.extras.notes());

@@ -39,7 +39,8 @@ pub struct Evaluation {
     /// What a perfect model would show on the same strikes; none without strikes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_floor: Option<StopErrors>,
-    /// Stop errors of the same strikes, each predicted as if the models had never seen its session; none where all strikes are of one session.
+    /// Stop errors of the same strikes, each predicted as if the models had never seen its session, about which a model that tells none apart misses by
+    /// more (`Noise::sessions`); none where all strikes are of one session.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub new_sessions: Option<NewSessions>,
     /// Each model's prediction of each strike: models in their order, then strikes in theirs.
@@ -57,7 +58,7 @@ pub struct NewSessions {
 }
 
 impl Evaluation {
-    /// Stop errors in new sessions, where a model has parameters by session; else they repeat those in known ones.
+    /// Stop errors in new sessions, where these differ.
     pub fn differing_sessions(&self) -> Option<&NewSessions> {
         let new = self.new_sessions.as_ref();
         new.filter(|new| new.models != self.models)
@@ -74,6 +75,7 @@ pub fn evaluate(
 ) -> Result<Evaluation, RunError<JudgeError>> {
     let mut predictions = Vec::new();
     let mut unseen = Vec::new();
+    let names = sessions(strikes);
     for Candidate { name, model } in candidates {
         let predicted = run.items(&Predict, model, strikes)?;
         predictions.extend(
@@ -90,12 +92,17 @@ pub fn evaluate(
                 }),
         );
         let errors = unseen_stop_errors(run, model, strikes)?;
-        unseen.extend(errors.into_iter().map(|error| (name.as_str(), error)));
+        let times = match model.has_learnt_their_mean(&names) {
+            true => noise.in_a_new_session(&errors, names.len()),
+            false => 1.0,
+        };
+        let errors = errors.into_iter().map(|error| Some(times * error?));
+        unseen.extend(errors.map(|error| (name.as_str(), error)));
     }
     let known = predictions
         .iter()
         .map(|row| (row.model.as_str(), row.error));
-    let sessions = sessions(strikes).len();
+    let sessions = names.len();
     let new_sessions = match sessions {
         0 | 1 => None,
         _ => Some(NewSessions {

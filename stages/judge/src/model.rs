@@ -1,5 +1,7 @@
 //! What is asked and judged.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 use store::ResidualModel;
 use values::Rig;
@@ -41,6 +43,12 @@ impl Model {
             world: self.world.clone().without_session(session),
             ..self.clone()
         }
+    }
+
+    /// Whether what it learnt is of these sessions together, and of none by itself.
+    pub(crate) fn has_learnt_their_mean(&self, sessions: &BTreeSet<&str>) -> bool {
+        let is_alike = |session: &&str| self.without_session(session).world == self.world;
+        !self.world.parameters.is_empty() && sessions.iter().all(is_alike)
     }
 
     /// The simulator in which it predicts; a launch map acts in it.

@@ -23,6 +23,8 @@ pub struct Noise {
     pub position: f64,
     /// Root mean square distance of repeats from their middle over all strikes, in m, where it was measured.
     pub measured: Option<f64>,
+    /// What stops differ by between sessions beside what models know of them: root mean square in m.
+    pub sessions: f64,
 }
 
 impl Noise {
@@ -34,7 +36,17 @@ impl Noise {
             angle: scatter.angle,
             position: scatter.camera / rest_frames.max(1.0).sqrt(),
             measured: None,
+            sessions: 0.0,
         }
+    }
+
+    /// By how much greater than these errors (m), of strikes in `sessions` sessions, are those in a session that taught a model nothing: what it learnt
+    /// is the mean of these, which each draws to itself. Of a session's own part (1 − 1/S) of the variance is left there, of a new one's (1 + 1/S).
+    pub(crate) fn in_a_new_session(&self, errors: &[Option<f64>], sessions: usize) -> f64 {
+        let known: Vec<f64> = errors.iter().copied().flatten().collect();
+        let square = known.iter().map(|e| e * e).sum::<f64>() / known.len().max(1) as f64;
+        let more = 2.0 * self.sessions.powi(2) / sessions.max(1) as f64;
+        (1.0 + more / square.max(f64::MIN_POSITIVE)).sqrt()
     }
 
     /// Distances between prediction and measurement, in m, that a perfect model would show over many repeats of these strikes.

@@ -139,6 +139,7 @@ fn evaluated(threads: usize, judges: impl Fn(&Strike) -> bool) -> Evaluation {
         angle: 0.005,
         position: 0.0002,
         measured: None,
+        sessions: 0.0,
     };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -233,6 +234,19 @@ fn a_session_that_is_held_out_is_predicted_with_the_mean_of_the_others() {
     let expected = expected.iter().sum::<f64>() / 3.0;
     let found = new.models["effect"].mean;
     assert!((found / expected - 1.0).abs() < 0.05, "{found} {expected}");
+    // A model that has learnt the mean of all misses by less in them than in a new one: by √((1 + ⅓)/(1 − ⅓)) where that is all that it misses by.
+    let mut together = candidates.clone();
+    together[0].model.world = World::nominal().with("friction", 0.3);
+    let known = evaluate(&run, &together, &held_out, &Noise::default()).expect("judges");
+    let known = known.new_sessions.expect("three sessions").models["effect"];
+    let noise = Noise {
+        sessions: (1.5f64).sqrt() * known.mean.hypot(known.sd * (2.0f64 / 3.0).sqrt()),
+        ..Noise::default()
+    };
+    let new = evaluate(&run, &together, &held_out, &noise).expect("judges");
+    let new = new.new_sessions.expect("three sessions").models["effect"];
+    let times = new.mean / known.mean;
+    assert!((times - 2f64.sqrt()).abs() < 1e-9, "{times}");
     // Of one session alone there is nothing to hold out.
     let one = evaluate(&run, &candidates, &held_out[..1], &Noise::default()).expect("judges");
     assert_eq!(one.new_sessions, None);

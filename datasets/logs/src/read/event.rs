@@ -62,7 +62,7 @@ pub struct TopicCount {
 }
 
 /// What was in a log.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// SHA-256 of the whole file, in hex.
     pub sha256: String,
@@ -72,6 +72,8 @@ pub struct Summary {
     pub topics: Vec<TopicCount>,
     /// For each wanted topic, messages that could not be decoded and why the first could not.
     pub undecodable: Vec<(u64, String)>,
+    /// For each wanted topic that has stamps, seconds of log time that pass in one of them, with the standard error; none where too few tell it.
+    pub paces: Vec<Option<[f64; 2]>>,
     /// For each wanted topic, whether its schema lacks the stamp, so that log times were taken.
     pub unstamped: Vec<bool>,
     /// Where the file is not whole; empty for a whole one, and of very many places the first ones and the end.

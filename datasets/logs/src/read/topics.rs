@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::event::TopicRequest;
 use super::event::{Damage, Event, Extent, Sample, Summary, TopicCount};
+use super::pace::Pace;
 use super::raw::{RawMessage, RawSummary, Standing, Take, Verdict, unpacked};
 use crate::decode::DecodeError;
 use crate::{Decoder, LogError};
@@ -19,6 +20,7 @@ struct MessageCounts {
     first_reason: String,
     unstamped: bool,
     unchecked: bool,
+    pace: Pace,
 }
 
 pub(super) struct Topics<'a> {
@@ -64,9 +66,12 @@ impl Take for Topics<'_> {
         let sample = decoded.and_then(|(fields, more, _)| {
             // Known only now where there is no schema.
             counts.unstamped |= fields.stamp.is_none();
-            let log_time = || i64::try_from(message.log_time).map_err(|_| DecodeError::Stamp);
+            let log_time = i64::try_from(message.log_time).map_err(|_| DecodeError::Stamp);
+            if let (Some(stamp), Ok(log_time)) = (fields.stamp, &log_time) {
+                counts.pace.take(stamp, *log_time);
+            }
             let sample = Sample {
-                stamp: fields.stamp.map_or_else(log_time, Ok)?,
+                stamp: fields.stamp.map_or(log_time, Ok)?,
                 x: fields.x,
                 y: fields.y,
             };
@@ -168,6 +173,11 @@ impl<'a> Topics<'a> {
                 .map(|counts| (counts.undecodable, counts.first_reason.clone()))
                 .collect(),
             unstamped: self.counts.iter().map(|counts| counts.unstamped).collect(),
+            paces: self
+                .counts
+                .iter()
+                .map(|counts| counts.pace.measured())
+                .collect(),
             topics,
             damage: seen.damage,
         };

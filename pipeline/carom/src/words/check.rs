@@ -448,6 +448,18 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "its lens bends the picture, or the camera leans",
             "correct it where places are measured (`carom camera calibrate`); a diagnosis names it where strikes show it".into(),
         ),
+        Finding::SlowStamps { log, times, error } => said(
+            format!(
+                "{}by the recorder's clock the stamps of {} go {:.1} % (± {:.1}) too {}, beside those of the arm",
+                of(log.as_deref()),
+                rig.topics.centroid.name,
+                100.0 * (times - 1.0).abs(),
+                200.0 * error,
+                if *times > 1.0 { "slowly" } else { "fast" }
+            ),
+            "frames are stamped by a rate that the camera does not have, or one of two clocks runs wrong: friction would be off by twice as much",
+            "stamp frames by the clock as they are taken, and record anew".into(),
+        ),
         Finding::CommandFrame { log, strikes, by } => said(
             format!(
                 "{}the arm moves {:.1}° beside its commands, by its measured velocity, and {strikes} objects leave as it moves",

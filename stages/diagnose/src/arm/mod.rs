@@ -6,9 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use values::{
-    ArmScatter, Command, Deliveries, Point, Sentence, Split, Strike, arm_scatter, calibrated,
-};
+use values::{ArmScatter, Command, Point, Sentence, Split, Strike, arm_scatter, calibrated};
 use world::{
     Estimate,
     effects::{self, Effect, Origin, effect},
