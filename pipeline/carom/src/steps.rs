@@ -71,7 +71,8 @@ pub fn advance(
     }
     let latest = store.latest().ok();
     let gate = results.version().map(|version| &version.gate);
-    let fit = results.worlds.as_ref().map(|worlds| &worlds.fit);
+    let worlds = results.worlds.as_ref();
+    let fit = worlds.map(|worlds| &worlds.fit);
     if let Some(version) = &version {
         text += &format!("\nversion    {version} in {}\n", dir.display());
         if is_candidate {
@@ -104,11 +105,12 @@ pub fn advance(
         "findings": summary::findings_json(&results.read.check, &inputs.rig),
         "first_version": gate,
         "stages": summary.stages,
-        "parameters": fit.map(|fit| &fit.world.parameters),
+        "parameters": worlds.map(|worlds| &worlds.used().1.world.parameters),
+        "parameters_before_effects": fit.map(|fit| &fit.world.parameters),
         "warnings": results.warnings(),
         "notes": fit.map(|fit| &fit.notes),
         "diagnosis": results.found().map(|found| &found.diagnosis),
-        "no_diagnosis": results.worlds.as_ref().and_then(Worlds::no_diagnosis),
+        "no_diagnosis": worlds.and_then(Worlds::no_diagnosis),
         "stop_error": errors,
         "version": version,
         "latest": latest,

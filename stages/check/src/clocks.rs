@@ -65,13 +65,18 @@ pub(crate) fn findings(logs: &[LogRead<'_>], paired: &[Pairs]) -> Vec<Finding> {
         }
         findings.extend(other_times(log, of));
         let commands = log.seen.commands.len();
-        // In another unit nothing is seen to move, nor at one time.
+        // In another unit nothing is seen to move, nor at one time; nor in too few frames.
         let is_unseen = |reject: &&&Reject| {
-            let unseen = [RejectReason::UnitsImplausible, RejectReason::ClockBackwards];
+            let unseen = [
+                RejectReason::UnitsImplausible,
+                RejectReason::ClockBackwards,
+                RejectReason::FramesMissing,
+            ];
             unseen.contains(&reject.reason)
         };
         let unseen = log.rejects.iter().filter(is_unseen).count();
-        if commands >= FEWEST && 4 * of.pairs.len() < commands && 2 * unseen < commands {
+        let is_seen = 4 * of.pairs.len().max(log.kept) >= commands;
+        if commands >= FEWEST && !is_seen && 2 * unseen < commands {
             findings.push(Finding::NothingMoves {
                 log: log.name.into(),
                 commands,

@@ -455,6 +455,8 @@ pub enum Finding {
         gains_speed: bool,
         strikes: usize,
     },
+    /// Centroids of a resting object of this log lie at two places in turn, so far (m) apart in the mean.
+    TwoSources { log: String, apart: f64 },
     /// By the recorder's clock the camera's stamps, of all logs or of one, go so many times as slow as the arm's.
     SlowStamps {
         log: Option<String>,
@@ -565,6 +567,7 @@ impl Finding {
             | Self::DisplacedApart { misses: true, .. }
             | Self::Delivers { .. }
             | Self::StateClock { .. }
+            | Self::TwoSources { .. }
             | Self::Scale { .. }
             | Self::Reach { .. }
             | Self::Strays { certain: true, .. }

@@ -27,7 +27,7 @@ pub use finding::{CONTACT, Check, Coverage, Delay, Finding, Limit, LogRead, Meas
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use ingest::FoundFence;
+use ingest::{FoundFence, Seen};
 use values::{CommandFrame, Reject, RejectReason, Rig, Solid};
 
 use crate::pairs::{FEWEST, Pair, Pairs, WEAKEST};
@@ -42,6 +42,14 @@ const SLOWER: f64 = 0.5;
 pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let slowest = SLOWER * rig.robot.speed.low;
     let is_by_state = logs.iter().any(|log| log.seen.is_by_state);
+    // Of places that are two cameras' in turn all else tells nothing.
+    let two: Vec<Finding> = logs.iter().filter_map(two_sources).collect();
+    if !two.is_empty() {
+        return Check {
+            findings: two,
+            measured: Measured::default(),
+        };
+    }
     let encoder_to_camera = clocks::encoder_to_camera(rig, logs);
     // Where touches are not seen at their time, what is taken for strikes and for commands is anything.
     if let Some(delay) =
@@ -296,6 +304,22 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
         },
         findings,
     }
+}
+
+/// The finding that two cameras, or trackers, write to one topic.
+fn two_sources(log: &LogRead<'_>) -> Option<Finding> {
+    /// Frames of a resting object that tell it.
+    const FRAMES: u64 = 100;
+    let Seen {
+        resting,
+        alternating,
+        alternating_by,
+        ..
+    } = log.seen;
+    (*resting >= FRAMES && 2 * alternating > *resting).then(|| Finding::TwoSources {
+        log: log.name.into(),
+        apart: alternating_by / *alternating as f64,
+    })
 }
 
 /// What a stated turn of the base hides: a constant error of heading looks like a base that is turned a little farther.

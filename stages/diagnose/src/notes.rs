@@ -57,13 +57,15 @@ pub(crate) fn variation(gap: &Gap) -> Option<Variation> {
     })
 }
 
-/// Stop error, in units of what repeats scatter by, from which effects that are named are not all, where as many strikes judge as make a figure.
+/// Stop error, in units of what repeats scatter by, from which effects that are named are not all, where as many strikes judge as make a figure; of
+/// fewer, by the square root of what is missing of them more.
 const NOT_ALL: f64 = 1.6;
 
 /// That strikes which judge still miss by more than repeats scatter, with all effects that are named.
 pub(crate) fn not_all(gap: &Gap) -> Option<Note> {
     let (missed, repeats) = (gap.after, gap.noise_floor);
-    let is_left = gap.heldout_strikes >= JUDGES && missed > NOT_ALL * repeats;
+    let few = JUDGES as f64 / gap.heldout_strikes.clamp(1, JUDGES) as f64;
+    let is_left = missed > NOT_ALL * few.sqrt() * repeats;
     is_left.then_some(Note::NotAll { missed, repeats })
 }
 

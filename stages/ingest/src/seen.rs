@@ -33,6 +33,13 @@ pub struct Seen {
     /// How often another object, at rest, was seen for a while, and then the object again.
     #[serde(default)]
     pub bursts: u64,
+    /// Frames of a resting object; of these, such that lie where the one before the last did, and farther from the last; and how far together, in m.
+    #[serde(default)]
+    pub resting: u64,
+    #[serde(default)]
+    pub alternating: u64,
+    #[serde(default)]
+    pub alternating_by: f64,
     /// Standard deviation of a resting centroid's coordinate, in m, one a rest.
     pub noise: Vec<f64>,
     /// Velocities, in m/s, that the frames of a resting object show over the time in which a bounce is seen: both coordinates of one a rest.
@@ -227,9 +234,13 @@ pub(crate) struct Watch {
     recent: VecDeque<(i64, Point)>,
     state: State,
     last: Option<i64>,
-    /// The last frame.
+    /// The last frame, and the place in the one before it.
     before: Option<(i64, Point)>,
+    twice_before: Option<Point>,
 }
+
+/// Distance in m from which a frame that lies where the one before the last did is another camera's.
+const ALTERNATES: f64 = 0.002;
 
 enum State {
     Unknown,
@@ -247,6 +258,7 @@ impl Watch {
             state: State::Unknown,
             last: None,
             before: None,
+            twice_before: None,
         }
     }
 
@@ -256,6 +268,17 @@ impl Watch {
         let before = self.before.replace((stamp, point));
         let jumps = before.is_some_and(|before| is_out_of_reach(before, (stamp, point)));
         seen.jumps += u64::from(jumps);
+        let twice_before =
+            std::mem::replace(&mut self.twice_before, before.map(|(_, place)| place));
+        if let (State::Rests(_), Some((_, last)), Some(other)) = (&self.state, before, twice_before)
+        {
+            let apart = point.distance(last);
+            let alternates = apart > ALTERNATES.max(AWAY_NOISE * self.noise)
+                && point.distance(other) < 0.5 * apart;
+            seen.resting += 1;
+            seen.alternating += u64::from(alternates);
+            seen.alternating_by += if alternates { apart } else { 0.0 };
+        }
         if self.last.is_some_and(|last| since(last, stamp) < INTERVAL) {
             return;
         }

@@ -174,6 +174,7 @@ mod tests {
             angle: 0.01,
             position: 0.0,
             measured: Some(0.004),
+            sessions: 0.0,
         };
         let squares: Vec<f64> = noise
             .distances(&[&slopes[0], &slopes[1]])

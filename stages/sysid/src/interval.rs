@@ -1,7 +1,9 @@
 //! 95 % intervals from how strikes differ.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use values::Strike;
 use world::{Estimate, World, parameter};
 
@@ -62,12 +64,79 @@ pub(crate) fn quantile(strikes: usize, fitted: usize, probability: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(probability))
 }
 
+/// Least number of groups that tell how groups differ.
+const FEWEST: usize = 3;
+/// Contiguous parts of the order whose means may differ: longer than most wanders are alike.
+const BLOCKS: usize = 6;
+/// Probability below which groups of strikes differ by more than their strikes make them.
+const DIFFER: f64 = 0.01;
+
+/// By how many times the intervals of strikes that differ each by itself are too narrow for each fitted value, where strikes differ by groups: by
+/// sessions, or early and late, as where an arm or a table wanders. A group's score is one observation then. 1 where groups are few, or do not
+/// differ so.
+pub(crate) fn by_groups(
+    fitted: &Fitted,
+    strikes: &[&Strike],
+    variances: &DVector<f64>,
+) -> Vec<f64> {
+    let sessions: BTreeMap<&str, usize> = strikes
+        .iter()
+        .map(|strike| (strike.conditions.session.as_str(), 0))
+        .collect();
+    let sessions: BTreeMap<&str, usize> = sessions.into_keys().zip(0..).collect();
+    let mut in_order: Vec<usize> = (0..strikes.len()).collect();
+    in_order.sort_by(|a, b| {
+        let order = |i: &usize| strikes[*i].conditions.order;
+        order(a).total_cmp(&order(b))
+    });
+    let mut blocks = vec![0; strikes.len()];
+    for (place, strike) in in_order.iter().enumerate() {
+        blocks[*strike] = BLOCKS * place / strikes.len();
+    }
+    let of_session = |strike: &&Strike| sessions[strike.conditions.session.as_str()];
+    let groupings = [
+        (sessions.len(), strikes.iter().map(of_session).collect()),
+        (BLOCKS, blocks),
+    ];
+    let mut times = vec![1.0; variances.len()];
+    let Some(inverse) = fitted.information.clone().try_inverse() else {
+        return times;
+    };
+    let normal = quantile(fitted.scores.len(), variances.len(), 0.975);
+    for (count, group) in groupings {
+        let freedom = count as f64 - 1.0;
+        let (Ok(chance), true) = (
+            ChiSquared::new(freedom),
+            count >= FEWEST && strikes.len() >= 3 * count,
+        ) else {
+            continue;
+        };
+        let mut sums = vec![DVector::zeros(variances.len()); count];
+        for (score, group) in fitted.scores.iter().zip(group) {
+            sums[group] += score;
+        }
+        let scale = count as f64 / freedom;
+        let own = quantile(count, 1, 0.975);
+        for (i, times) in times.iter_mut().enumerate() {
+            let off = sums
+                .iter()
+                .map(|sum| inverse.row(i).transpose().dot(sum).powi(2));
+            let ratio = scale * off.sum::<f64>() / variances[i];
+            if ratio > chance.inverse_cdf(1.0 - DIFFER) / freedom {
+                *times = f64::max(*times, ratio.sqrt() * own / normal);
+            }
+        }
+    }
+    times
+}
+
 /// The fitted world with its 95 % intervals. `unseen`: relative variance of the difference between friction's mean over all strikes and that over
-/// those used ([`crate::wander`]). `shared`: further error of each value ([`shared`]).
+/// those used ([`crate::wander`]). `shared`: further error of each value ([`shared`]). `strikes`: those that were fitted, in their order.
 pub(crate) fn with_intervals(
     fitted: &Fitted,
     unseen: f64,
     shared: Option<&DVector<f64>>,
+    strikes: &[&Strike],
 ) -> Result<World, SysidError> {
     let Some(variances) = variances(&fitted.scores, &fitted.informations, &fitted.information)
     else {
@@ -76,11 +145,12 @@ pub(crate) fn with_intervals(
         });
     };
     let quantile = quantile(fitted.scores.len(), variances.len(), 0.975);
+    let times = by_groups(fitted, strikes, &variances);
     let mut world = fitted.world.clone();
     for (i, name) in fitted.free.iter().enumerate() {
         let spec = parameter(name)?;
         let value = world.value(name)?;
-        let mut variance = variances[i];
+        let mut variance = variances[i] * times[i] * times[i];
         if name == "friction" {
             variance += value * value * unseen;
         }

@@ -346,7 +346,7 @@ impl Sysid {
         };
         let scatter = fitted.components.nuisance[scatter::FRICTION];
         let unseen = wander::unseen(&used, scatter, &all);
-        let mut world = interval::with_intervals(&fitted, unseen, shared.as_ref())?;
+        let mut world = interval::with_intervals(&fitted, unseen, shared.as_ref(), &strikes)?;
         if are_delivered {
             // Its scatter is the impact's; the arm's comes on top.
             let arm = arm_scatter(&struck);

@@ -189,6 +189,33 @@ fn intervals_of_ninety_five_per_cent_cover_the_truth_in_ninety_to_ninety_eight()
 }
 
 #[test]
+fn sessions_that_differ_and_an_arm_that_wanders_widen_intervals() {
+    let rig = Rig::demo(Shape::Cylinder);
+    let faster = [1.02, 0.98, 1.03, 0.97, 1.01, 0.99];
+    let width = |group: &dyn Fn(usize) -> usize, session: &dyn Fn(usize) -> usize| {
+        let mut strikes = strikes(&rig, &truth(), 60, &REALISTIC, 3);
+        for (i, strike) in strikes.iter_mut().enumerate() {
+            strike.command.speed /= faster[group(i)];
+            strike.conditions.session = session(i).to_string();
+            strike.conditions.order = i as f64;
+        }
+        let fit = identify(&rig, World::nominal(), strikes, BOTH);
+        let restitution = &fit.world.parameters["restitution"];
+        let is_held = (restitution.low..=restitution.high).contains(&Some(RESTITUTION));
+        (
+            restitution.high.expect("known") - restitution.low.expect("known"),
+            is_held,
+        )
+    };
+    let (in_turn, in_order) = (|i: usize| i % 6, |i: usize| i / 10);
+    let (each, _) = width(&in_turn, &|_| 0);
+    let (by_session, is_held) = width(&in_turn, &in_turn);
+    assert!(by_session > 2.0 * each && is_held, "{by_session} {each}");
+    let (by_order, is_held) = width(&in_order, &|_| 0);
+    assert!(by_order > 2.0 * each && is_held, "{by_order} {each}");
+}
+
+#[test]
 fn a_box_reveals_the_friction_of_the_tip() {
     let rig = Rig::demo(Shape::Box);
     // A tip of 0.35 slips in the widest strikes alone.

@@ -448,6 +448,14 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
             "its lens bends the picture, or the camera leans",
             "correct it where places are measured (`carom camera calibrate`); a diagnosis names it where strikes show it".into(),
         ),
+        Finding::TwoSources { log, apart } => said(
+            format!(
+                "{log}: a resting object's centroids lie at two places in turn, {:.1} mm apart",
+                1e3 * apart
+            ),
+            "two cameras or trackers write to one topic",
+            format!("record one of them as {}", rig.topics.centroid.name),
+        ),
         Finding::SlowStamps { log, times, error } => said(
             format!(
                 "{}by the recorder's clock the stamps of {} go {:.1} % (± {:.1}) too {}, beside those of the arm",
