@@ -8,8 +8,6 @@ mod forward;
 mod last_resort;
 mod refine;
 
-use std::collections::BTreeSet;
-
 use rayon::prelude::*;
 use world::WorldError;
 use world::effects::{Naming, effect};
@@ -20,7 +18,7 @@ use crate::screen::{Chance, Screened, Start};
 use crate::strikes::PreparedStrikes;
 
 pub(crate) use forward::{Limits, search};
-pub(crate) use last_resort::{beside, with_last_resorts, with_replacements, with_special_cases};
+pub(crate) use last_resort::{beside, with_last_resorts, with_replacements};
 pub(crate) use refine::{least_that_moves_little, with_details, with_rivals, with_wander, without};
 
 /// What a search ends with.
@@ -148,38 +146,19 @@ pub(super) fn fit_best(
     chance: &Chance,
     criteria: FitCriteria<'_>,
 ) -> Result<Vec<CandidateFit>, WorldError> {
-    fit_possible(
-        prepared,
-        from,
-        screened,
-        chance,
-        criteria,
-        &mut BTreeSet::new(),
-    )
-}
-
-/// [`fit_best`] where some are known to lead to no possible model beside this one; those that now prove to are added to them.
-pub(super) fn fit_possible(
-    prepared: &PreparedStrikes<'_>,
-    from: &Fitted,
-    screened: &[Screened],
-    chance: &Chance,
-    criteria: FitCriteria<'_>,
-    impossible: &mut BTreeSet<&'static str>,
-) -> Result<Vec<CandidateFit>, WorldError> {
     let thresholds = prepared.thresholds;
     let beyond_chance = |s: &Screened| s.gain() - chance[s.name];
     let mut order: Vec<&Screened> = screened.iter().collect();
     order.sort_by(|a, b| beyond_chance(b).total_cmp(&beyond_chance(a)));
     let best = order.first().map_or(0.0, |best| best.gain());
     let least = criteria.least_gain.unwrap_or(thresholds.fitted * best);
-    let fits: Vec<(&'static str, Option<CandidateFit>)> = order
+    let fits: Vec<Option<CandidateFit>> = order
         .into_par_iter()
         .enumerate()
         .filter(|(rank, s)| {
             let is_best = *rank == 0 && !criteria.least_evidence.is_finite();
             let is_near = is_best || *rank < FITTED && s.gain() >= least;
-            (is_near || criteria.required.contains(&s.name)) && !impossible.contains(s.name)
+            is_near || criteria.required.contains(&s.name)
         })
         .map(|(_, s)| {
             // Of its forms, the one that brings most for its values. A strength at the end of its range stands for something else.
@@ -210,12 +189,10 @@ pub(super) fn fit_possible(
                 name: s.name,
                 fitted,
             });
-            Ok((s.name, fit))
+            Ok(fit)
         })
         .collect::<Result<_, WorldError>>()?;
-    let none = fits.iter().filter(|(_, fit)| fit.is_none());
-    impossible.extend(none.map(|(name, _)| *name));
-    let mut fits: Vec<CandidateFit> = fits.into_iter().filter_map(|(_, fit)| fit).collect();
+    let mut fits: Vec<CandidateFit> = fits.into_iter().flatten().collect();
     fits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     Ok(fits)
 }
