@@ -33,11 +33,13 @@ pub struct Seen {
     /// How often another object, at rest, was seen for a while, and then the object again.
     #[serde(default)]
     pub bursts: u64,
-    /// Frames of a resting object; of these, such that lie where the one before the last did, and farther from the last; and how far together, in m.
+    /// Frames of a resting object.
     #[serde(default)]
     pub resting: u64,
+    /// Of these, such that lie where the one before the last did, and far from the last.
     #[serde(default)]
     pub alternating: u64,
+    /// How far from the last these lie together, in m.
     #[serde(default)]
     pub alternating_by: f64,
     /// Standard deviation of a resting centroid's coordinate, in m, one a rest.
