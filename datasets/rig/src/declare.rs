@@ -13,8 +13,15 @@ pub struct ParameterSpec {
     pub neutral: Option<f64>,
 }
 
-/// Declares an effect or a kind of noise as a struct of its parameters (all `f64`).
+/// Declares an effect or a kind of noise as a struct of its parameters (all `f64`); behind those of an effect stands what it does.
 macro_rules! declare {
+    ($(#[$doc:meta])* $kind:ident = $name:literal { $($parameters:tt)* } fn $($does:tt)*) => {
+        declare! { $(#[$doc])* $kind = $name { $($parameters)* } }
+
+        impl Acts for $kind {
+            fn $($does)*
+        }
+    };
     ($(#[$doc:meta])* $kind:ident = $name:literal {
         $($(#[$about:meta])* $field:ident: $default:literal, $unit:literal, $neutral:expr;)*
     }) => {

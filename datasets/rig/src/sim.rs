@@ -196,11 +196,7 @@ impl Sim {
                 .collect(),
             false => Vec::new(),
         };
-        let stamped = |time: f64, at: Point| Stamped {
-            stamp: stamp(time),
-            x: at.x,
-            y: at.y,
-        };
+        let stamped = |time: f64, at: Point| Stamped::at(stamp(time), at);
         let ticks = || (0..=(end * COMMAND_RATE) as u32).map(|tick| f64::from(tick) / COMMAND_RATE);
         let samples = Samples {
             centroids: frames

@@ -4,10 +4,10 @@ use std::fmt;
 use std::marker::PhantomData;
 
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Reads a key that may be missing.
-pub(crate) fn optional<'de, D, T, const N: usize>(
+pub(crate) fn deserialize<'de, D, T, const N: usize>(
     deserializer: D,
 ) -> Result<Option<[T; N]>, D::Error>
 where
@@ -15,6 +15,14 @@ where
     T: Deserialize<'de> + Copy + Default,
 {
     Ok(Option::<Exact<T, N>>::deserialize(deserializer)?.map(|exact| exact.0))
+}
+
+/// Writes what it is.
+pub(crate) fn serialize<S: Serializer, T: Serialize>(
+    numbers: &T,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    numbers.serialize(serializer)
 }
 
 /// Reads as many as it holds.

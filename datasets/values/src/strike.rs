@@ -18,6 +18,11 @@ impl Command {
     pub const fn new(speed: f64, angle: f64) -> Self {
         Self { speed, angle }
     }
+
+    /// The same speed, `by` rad further left.
+    pub fn turned(self, by: f64) -> Self {
+        Self::new(self.speed, self.angle + by)
+    }
 }
 
 /// What the arm did at contact, from its measured state: what the object met, whatever was commanded.

@@ -5,8 +5,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::Error;
 use crate::args::{Global, LogsArgs, examples};
 use crate::commands::{
-    artifacts, camera, check, collect, dataset, demo, key, nightly, predict, query, rebuild,
-    report, rig, run, score, shell, status, step, track, trial, view, work,
+    artifacts, camera, check, collect, dataset, demo, key, nightly, predict, query, rebuild, rig,
+    run, score, shell, status, track, trial, view, work,
 };
 use crate::error::Output;
 use crate::pipeline::Step;
@@ -84,28 +84,28 @@ pub enum Command {
     Camera(camera::CameraCommand),
     /// Identify the simulator from the strikes' tracks.
     #[command(after_help = examples(&["carom sysid --out runs/a"]))]
-    Sysid(step::DirArgs),
+    Sysid(run::DirArgs),
     /// Test where simulation and strikes disagree, and name the effects that are missing: diagnosis.json and the report.
     #[command(after_help = examples(&["carom diagnose --out runs/a"]))]
-    Diagnose(step::DirArgs),
+    Diagnose(run::DirArgs),
     /// Solve for the command that the identified simulator needs for each strike's path.
     #[command(after_help = examples(&["carom solve --out runs/a"]))]
-    Solve(step::DirArgs),
+    Solve(run::DirArgs),
     /// Compute the residual: the command that was sent less the one that the simulator needs.
     #[command(after_help = examples(&["carom residual --out runs/a"]))]
-    Residual(step::DirArgs),
+    Residual(run::DirArgs),
     /// Train the residual model, and its learning curve.
     #[command(after_help = examples(&["carom train --out runs/a"]))]
-    Train(step::DirArgs),
+    Train(run::DirArgs),
     /// Measure every model's stop error on held-out strikes.
     #[command(after_help = examples(&["carom evaluate --out runs/a"]))]
-    Evaluate(step::DirArgs),
+    Evaluate(run::DirArgs),
     /// Publish a version for the executor.
     #[command(after_help = examples(&[
         "carom publish --out runs/a",
         "carom publish --out runs/a --key carom.key",
     ]))]
-    Publish(step::PublishArgs),
+    Publish(run::PublishArgs),
     /// Run the whole pipeline; only what changed is computed again.
     #[command(after_help = examples(&[
         "carom run logs/ --rig rig.toml --out runs/a",
@@ -168,7 +168,7 @@ pub enum Command {
     Artifacts(artifacts::ArtifactsCommand),
     /// Write the HTML report again.
     #[command(after_help = examples(&["carom report artifacts/demo"]))]
-    Report(report::ReportArgs),
+    Report(run::ReportArgs),
     /// Write strikes for viewers, Foxglove and Rerun: measured tracks beside simulated ones, and the effects named where they act.
     #[command(after_help = examples(&[
         "carom view artifacts/demo -o view.mcap",
@@ -209,14 +209,14 @@ pub fn execute(cli: &Cli) -> Result<Output, Error> {
         Command::Status(args) => status::run(args),
         Command::Track(args) => track::run(args),
         Command::Camera(command) => camera::run(command),
-        Command::Sysid(args) => step::run(args, Step::Sysid, global),
-        Command::Diagnose(args) => step::run(args, Step::Diagnose, global),
-        Command::Solve(args) => step::run(args, Step::Solve, global),
-        Command::Residual(args) => step::run(args, Step::Residual, global),
-        Command::Train(args) => step::run(args, Step::Train, global),
-        Command::Evaluate(args) => step::run(args, Step::Evaluate, global),
-        Command::Publish(args) => step::publish(args, global),
-        Command::Report(args) => report::run(args, global),
+        Command::Sysid(args) => run::proceed_to(args, Step::Sysid, global),
+        Command::Diagnose(args) => run::proceed_to(args, Step::Diagnose, global),
+        Command::Solve(args) => run::proceed_to(args, Step::Solve, global),
+        Command::Residual(args) => run::proceed_to(args, Step::Residual, global),
+        Command::Train(args) => run::proceed_to(args, Step::Train, global),
+        Command::Evaluate(args) => run::proceed_to(args, Step::Evaluate, global),
+        Command::Publish(args) => run::publish(args, global),
+        Command::Report(args) => run::report(args, global),
         Command::View(args) => view::run(args, global),
         Command::Nightly(args) => nightly::run(args, global),
         Command::Trial(args) => trial::run(args, global),

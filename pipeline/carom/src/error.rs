@@ -109,11 +109,23 @@ pub struct Output {
     pub text: String,
 }
 
+impl Outcome {
+    /// Done, with or without input that was rejected.
+    pub fn of(is_clean: bool) -> Self {
+        if is_clean { Self::Done } else { Self::Rejected }
+    }
+}
+
 impl Output {
     /// Done, with nothing to complain of.
     pub fn done(json: Value, text: String) -> Self {
+        Self::ended(Outcome::Done, json, text)
+    }
+
+    /// Ended otherwise.
+    pub fn ended(outcome: Outcome, json: Value, text: String) -> Self {
         Self {
-            outcome: Outcome::Done,
+            outcome,
             json,
             text,
         }

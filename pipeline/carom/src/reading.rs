@@ -12,7 +12,7 @@ use values::{Reject, RejectReason, Rig, Strike};
 use crate::left_out::LeftOut;
 use crate::naming::{name_logs, names};
 use crate::tracking::tracked;
-use crate::{Error, summary, told};
+use crate::{Error, Outcome, summary, told};
 
 /// What the logs held.
 pub struct Read {
@@ -35,6 +35,13 @@ pub struct Read {
     pub check: Check,
     /// The rig file, with the fences that were found.
     pub rig: Rig,
+}
+
+impl Read {
+    /// How the program ends where all of it is of use.
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of(self.rejects.is_empty() && self.damaged.is_empty() && self.left_out.is_empty())
+    }
 }
 
 /// Files that can be read, with their hashes, and those that cannot. Logs of one file name in several folders are named so

@@ -181,10 +181,8 @@ impl Results {
         let has_no_strike = self.worlds.is_some() && read.strikes.is_empty();
         if read.check.is_meaningless() || self.has_no_stop() || has_no_strike {
             Outcome::Refused
-        } else if read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty() {
-            Outcome::Done
         } else {
-            Outcome::Rejected
+            read.outcome()
         }
     }
 

@@ -116,15 +116,12 @@ pub fn advance(
         "latest": latest,
         "report": report,
     });
-    Ok(Output {
-        outcome: if is_candidate {
-            Outcome::Refused
-        } else {
-            results.outcome()
-        },
-        json,
-        text,
-    })
+    let outcome = if is_candidate {
+        Outcome::Refused
+    } else {
+        results.outcome()
+    };
+    Ok(Output::ended(outcome, json, text))
 }
 
 /// Whether too few strikes learn.

@@ -78,10 +78,7 @@ impl Correction {
                 };
                 let [d_speed, d_angle] =
                     networks.predict([path.x, path.y, learnt_at.speed, learnt_at.angle]);
-                let command = Command {
-                    speed: simulated.speed + d_speed,
-                    angle: simulated.angle + d_angle,
-                };
+                let command = Command::new(simulated.speed + d_speed, simulated.angle + d_angle);
                 Ok((simulated, command))
             }
             Self::Launch(delivering, map) => {

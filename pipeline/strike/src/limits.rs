@@ -86,23 +86,18 @@ pub(crate) fn points(rig: &Rig, from: Point, to: Point) -> Result<(), BrokenLimi
 pub(crate) fn trained(region: &TrainedRegion, from: Point, to: Point) -> Result<(), BrokenLimit> {
     let path = to - from;
     let (distance, bearing) = (path.norm(), path.bearing());
-    let quantities = [
-        TrainedRange {
-            quantity: "the path's length in m",
-            value: distance,
-            trained: region.distance,
-            is_trained: region.distance.contains(distance),
-            mend: "lay the object nearer to or farther from its target",
-        },
-        TrainedRange {
-            quantity: "the path's bearing in rad",
-            value: bearing,
-            trained: region.bearing,
-            is_trained: region.holds_bearing(bearing),
-            mend: "lay the object more in line with its target",
-        },
-    ];
-    quantities.iter().try_for_each(TrainedRange::check)?;
+    covered(
+        "the path's length in m",
+        (distance, region.distance),
+        region.distance.contains(distance),
+        "lay the object nearer to or farther from its target",
+    )?;
+    covered(
+        "the path's bearing in rad",
+        (bearing, region.bearing),
+        region.holds_bearing(bearing),
+        "lay the object more in line with its target",
+    )?;
     trained_start(region, from)?;
     trained_stop(region, to)
 }
@@ -113,18 +108,11 @@ pub(crate) fn trained_start(region: &TrainedRegion, from: Point) -> Result<(), B
         ("the object's x in m", from.x, region.start_x),
         ("the object's y in m", from.y, region.start_y),
     ];
+    let mend = "lay the object among the training strikes' starts";
     axes.into_iter().try_for_each(|(quantity, value, trained)| {
-        let Some(trained) = trained else {
-            return Ok(());
-        };
-        let quantity = TrainedRange {
-            quantity,
-            value,
-            trained,
-            is_trained: trained.contains(value),
-            mend: "lay the object among the training strikes' starts",
-        };
-        quantity.check()
+        trained.map_or(Ok(()), |trained| {
+            covered(quantity, (value, trained), trained.contains(value), mend)
+        })
     })
 }
 
@@ -134,73 +122,54 @@ pub(crate) fn trained_stop(region: &TrainedRegion, to: Point) -> Result<(), Brok
         ("the target's x in m", to.x, region.stop_x),
         ("the target's y in m", to.y, region.stop_y),
     ];
+    let mend = "choose a target among the training strikes' stops";
     axes.into_iter().try_for_each(|(quantity, value, trained)| {
-        let quantity = TrainedRange {
-            quantity,
-            value,
-            trained,
-            is_trained: trained.contains(value),
-            mend: "choose a target among the training strikes' stops",
-        };
-        quantity.check()
+        covered(quantity, (value, trained), trained.contains(value), mend)
     })
 }
 
-/// A quantity beside the interval that training strikes covered.
-struct TrainedRange {
-    quantity: &'static str,
-    value: f64,
-    trained: Interval,
+/// Checks that training strikes covered a quantity's value; beside it stands the interval that they covered.
+fn covered(
+    quantity: &str,
+    (value, trained): (f64, Interval),
     is_trained: bool,
-    mend: &'static str,
-}
-
-impl TrainedRange {
-    fn check(&self) -> Result<(), BrokenLimit> {
-        refuse_if(!self.is_trained, Reason::OutsideTrainedRegion, || {
-            format!(
-                "{} is {:.4}, trained is {}; {}, or train on strikes that go there",
-                self.quantity,
-                self.value,
-                range(self.trained),
-                self.mend
-            )
-        })
-    }
+    mend: &str,
+) -> Result<(), BrokenLimit> {
+    refuse_if(!is_trained, Reason::OutsideTrainedRegion, || {
+        format!(
+            "{quantity} is {value:.4}, trained is {}; {mend}, or train on strikes that go there",
+            range(trained)
+        )
+    })
 }
 
 /// Checks that the arm may be sent the command. `simulated` is the part of it that the world gave.
 pub(crate) fn command(rig: &Rig, command: Command, simulated: Command) -> Result<(), BrokenLimit> {
-    let robot = &rig.robot;
-    refuse_if(
-        !robot.speed.contains(command.speed),
-        Reason::SpeedLimit,
-        || {
-            let way = match command.speed < robot.speed.low {
-                true => "farther from",
-                false => "nearer to",
-            };
-            format!(
-                "the speed {:.4} m/s (simulated {:.4}, residual {:+.4}) is outside robot.speed {} m/s; choose a target {way} the object",
-                command.speed,
-                simulated.speed,
-                command.speed - simulated.speed,
-                range(robot.speed)
-            )
-        },
-    )?;
-    refuse_if(
-        !robot.angle.contains(command.angle),
-        Reason::AngleLimit,
-        || {
-            format!(
-                "the angle {:.4} rad (simulated {:.4}, residual {:+.4}) is outside robot.angle {} rad; \
-                 lay the object more in line with its target",
-                command.angle,
-                simulated.angle,
-                command.angle - simulated.angle,
-                range(robot.angle)
-            )
+    let is_slow = command.speed < rig.robot.speed.low;
+    let way = if is_slow { "farther from" } else { "nearer to" };
+    let limits = [
+        (
+            Reason::SpeedLimit,
+            ["speed", "m/s"],
+            (command.speed, simulated.speed, rig.robot.speed),
+            format!("choose a target {way} the object"),
+        ),
+        (
+            Reason::AngleLimit,
+            ["angle", "rad"],
+            (command.angle, simulated.angle, rig.robot.angle),
+            "lay the object more in line with its target".into(),
+        ),
+    ];
+    limits.into_iter().try_for_each(
+        |(reason, [key, unit], (sent, simulated, allowed), mend)| {
+            refuse_if(!allowed.contains(sent), reason, || {
+                format!(
+                    "the {key} {sent:.4} {unit} (simulated {simulated:.4}, residual {:+.4}) is outside robot.{key} {} {unit}; {mend}",
+                    sent - simulated,
+                    range(allowed)
+                )
+            })
         },
     )
 }
@@ -334,14 +303,12 @@ pub(crate) fn trained_face(
     turn: Option<f64>,
 ) -> Result<(), BrokenLimit> {
     let bearing = path.bearing() - turn.unwrap_or(0.0);
-    let quantity = TrainedRange {
-        quantity: "the path's bearing from the turned box's edges in rad",
-        value: bearing,
-        trained: region.bearing,
-        is_trained: turn.is_none() || region.holds_bearing(bearing),
-        mend: "lay the box straighter",
-    };
-    quantity.check()
+    covered(
+        "the path's bearing from the turned box's edges in rad",
+        (bearing, region.bearing),
+        turn.is_none() || region.holds_bearing(bearing),
+        "lay the box straighter",
+    )
 }
 
 /// A number as a person reads it: beyond any table's size by its digits and power of ten.

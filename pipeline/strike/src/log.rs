@@ -294,11 +294,7 @@ mod tests {
             let log = OpenLog::open(Destination::File(dir.path().join(name))).expect("opens");
             let log = log.reserve(room).expect("reserves");
             let samples = Samples {
-                commands: vec![logs::write::Stamped {
-                    stamp: 1,
-                    x: 0.5,
-                    y: 0.0,
-                }],
+                commands: vec![logs::write::Stamped::at(1, values::Point::new(0.5, 0.0))],
                 ..Samples::default()
             };
             let kept = log.write(&samples, &Topics::default()).expect("writes");

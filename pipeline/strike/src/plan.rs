@@ -199,10 +199,7 @@ impl Plan {
 
     /// The command that the robot is sent.
     pub fn command(&self) -> Command {
-        Command {
-            speed: self.speed,
-            angle: self.angle,
-        }
+        Command::new(self.speed, self.angle)
     }
 
     /// The motion of the tip with its times.
@@ -233,10 +230,7 @@ impl Plan {
         if let Some(set) = self.epoch.was_set() {
             return Err((Reason::PlanExpired, format!("{set}; plan again")));
         }
-        let simulated = Command {
-            speed: self.speed_sim,
-            angle: self.angle_sim,
-        };
+        let simulated = Command::new(self.speed_sim, self.angle_sim);
         limits::command(&self.rig, self.command(), simulated)?;
         limits::points(&self.rig, self.from, self.to)?;
         clearance::object(&self.rig, self.from, self.to)?;

@@ -93,12 +93,8 @@ impl Planner {
             metrics: metrics.get(&model).copied(),
             unaided: unaided.copied(),
             conditions: Conditions {
-                session: String::new(),
                 order: artifact.next_order(),
-                yaw: None,
-                moving: None,
-                is_unstruck: false,
-                is_pushed_on: false,
+                ..Conditions::default()
             },
             good_for: GOOD_FOR,
         })

@@ -160,11 +160,7 @@ mod tests {
 
     /// What the robot recorded before it failed.
     fn sampled() -> Samples {
-        let command = Stamped {
-            stamp: 1,
-            x: 0.5,
-            y: 0.0,
-        };
+        let command = Stamped::at(1, Point::new(0.5, 0.0));
         Samples {
             commands: vec![command],
             ..Samples::default()

@@ -156,10 +156,7 @@ mod tests {
         }
     }
 
-    const COMMAND: Command = Command {
-        speed: 0.8,
-        angle: 0.3,
-    };
+    const COMMAND: Command = Command::new(0.8, 0.3);
 
     #[test]
     fn without_a_jerk_it_is_the_papers_trapezoid() {

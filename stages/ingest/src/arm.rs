@@ -25,11 +25,7 @@ pub(crate) struct State {
 impl State {
     /// The measured velocity in the form of a command.
     pub(crate) fn as_command(&self) -> Sample {
-        Sample {
-            stamp: self.stamp,
-            x: self.velocity.x,
-            y: self.velocity.y,
-        }
+        Sample::at(self.stamp, self.velocity)
     }
 }
 

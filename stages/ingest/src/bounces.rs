@@ -129,11 +129,12 @@ pub(crate) struct Breaks {
     /// Flights that have ended, and wait until it is known where the tip was when they began.
     ended: VecDeque<Flight>,
     tips: VecDeque<State>,
-    hits: Vec<Hit>,
+    /// What the tip pushed of the flights that were taken.
+    pub(crate) hits: Vec<Hit>,
     /// Distance of both centres at a touch; breaks of what rested, until states after them have come; and touches about such breaks.
     touching: f64,
     resting: VecDeque<Break>,
-    touches: Vec<TouchDelay>,
+    pub(crate) touches: Vec<TouchDelay>,
 }
 
 impl Breaks {
@@ -371,16 +372,6 @@ impl Breaks {
         }
     }
 
-    /// Touches about the moments at which what rested was seen to be pushed, however long before or after.
-    pub(crate) fn take_touches(&mut self) -> Vec<TouchDelay> {
-        std::mem::take(&mut self.touches)
-    }
-
-    /// What the tip pushed of the flights that were taken.
-    pub(crate) fn take_hits(&mut self) -> Vec<Hit> {
-        std::mem::take(&mut self.hits)
-    }
-
     /// The states about a moment.
     fn tips_about(&self, stamp: i64) -> Vec<State> {
         let from = self
@@ -580,11 +571,10 @@ mod tests {
             let t = i as f64 / 60.0;
             let wobble = |k: f64| 0.0007 * ((i * i) as f64 * k).sin();
             let point = place(t);
-            breaks.see(&Sample {
-                stamp: (t * 1e9) as i64,
-                x: point.x + wobble(1.1),
-                y: point.y + wobble(2.3),
-            });
+            breaks.see(&Sample::at(
+                (t * 1e9) as i64,
+                Point::new(point.x + wobble(1.1), point.y + wobble(2.3)),
+            ));
         }
         let flights = breaks.take(true);
         flights
@@ -668,10 +658,11 @@ mod tests {
         let turned = |noise: f64, seed: u32| {
             let wave = |i: i64, k: f64| (i as f64 * k + f64::from(seed)).sin();
             let wobble = |i: i64| 0.0013 * (wave(i, 0.19) + wave(i, 0.37));
-            let frames = (0..150_i64).map(|i| Sample {
-                stamp: i * 1_000_000_000 / 240,
-                x: slide(i as f64 / 240.0) + wobble(i),
-                y: wobble(i + 1000),
+            let frames = (0..150_i64).map(|i| {
+                Sample::at(
+                    i * 1_000_000_000 / 240,
+                    Point::new(slide(i as f64 / 240.0) + wobble(i), wobble(i + 1000)),
+                )
             });
             turned_round(&rig, noise, frames).is_some()
         };
@@ -690,11 +681,13 @@ mod tests {
             let wobble = |i: i64| 0.001 * (wave(i, 0.19) + wave(i, 0.37));
             let frames = (0..300_i64).map(|i| {
                 let t = i as f64 / 240.0 - 0.5;
-                Sample {
-                    stamp: i * 1_000_000_000 / 240,
-                    x: if t < 0.0 { before(t) } else { slide(t) } + wobble(i),
-                    y: wobble(i + 1000),
-                }
+                Sample::at(
+                    i * 1_000_000_000 / 240,
+                    Point::new(
+                        if t < 0.0 { before(t) } else { slide(t) } + wobble(i),
+                        wobble(i + 1000),
+                    ),
+                )
             });
             turned_round(&rig, rig.camera.noise, frames.take(160)).is_some()
         };

@@ -310,11 +310,9 @@ mod tests {
         let mut ended = Vec::new();
         for (i, speed) in (0_i64..).zip(speeds) {
             let (x, y) = (speed * 0.5_f64.cos(), speed * 0.5_f64.sin());
-            ended.extend(episodes.take(Sample {
-                stamp: 1_000_000_000 + i * 10_000_000,
-                x,
-                y,
-            }));
+            ended.extend(
+                episodes.take(Sample::at(1_000_000_000 + i * 10_000_000, Point::new(x, y))),
+            );
         }
         ended.extend(episodes.finish());
         ended
@@ -341,11 +339,7 @@ mod tests {
     fn an_arm_that_never_stops_is_held_within_bounds_and_is_no_strike() {
         // Idle commands between active ones count, too: their stamps stand still, so that no time ends the episode.
         let mut episodes = Episodes::new(&Rig::demo(Shape::Cylinder), false);
-        let command = |x: f64| Sample {
-            stamp: 1_000_000_000,
-            x,
-            y: 0.0,
-        };
+        let command = |x: f64| Sample::at(1_000_000_000, Point::new(x, 0.0));
         for _ in 0..5 {
             assert!(episodes.take(command(0.7)).is_none());
             for _ in 0..MOST_COMMANDS - 1 {

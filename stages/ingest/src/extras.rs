@@ -57,23 +57,23 @@ impl Waiting {
 /// The states, the poses, and the strikes that wait for them.
 #[derive(Default)]
 pub(crate) struct Extras {
-    states: RecentSamples<State>,
-    turns: RecentSamples<YawSample>,
+    pub(crate) states: RecentSamples<State>,
+    pub(crate) turns: RecentSamples<YawSample>,
     waiting: VecDeque<Waiting>,
     /// Strikes that went on before the states or poses of their time came.
     early: u64,
     /// Seconds from the tip's touching the object to its first motion.
-    delays: Vec<TouchDelay>,
+    pub(crate) delays: Vec<TouchDelay>,
     /// Where the tip was when the object began to move.
-    meetings: Vec<Meeting>,
+    pub(crate) meetings: Vec<Meeting>,
     /// Seconds by which the arm's measured speed lies behind the commanded one.
-    behind: Vec<f64>,
+    pub(crate) behind: Vec<f64>,
     /// Seconds from the end of the arm's plateau to the object's first motion, one a strike of which the arm's state is known.
     late: Vec<f64>,
 }
 
 /// The last samples of a topic that may be absent.
-struct RecentSamples<T> {
+pub(crate) struct RecentSamples<T> {
     samples: VecDeque<T>,
     latest: Option<i64>,
 }
@@ -104,6 +104,11 @@ impl<T: Stamped + Copy> RecentSamples<T> {
         let place = |stamp: i64| self.samples.partition_point(|s| s.stamp() < stamp);
         let (from, until) = (place(from), place(until));
         self.samples.range(from..until.max(from)).copied().collect()
+    }
+
+    /// Forgets all: the clock was set back, or the log ends.
+    pub(crate) fn forget(&mut self) {
+        *self = Self::default();
     }
 
     fn forget_before(&mut self, stamp: i64) {
@@ -147,18 +152,8 @@ impl Extras {
         while !self.waiting.is_empty() {
             self.release(rig, keep);
         }
-        self.states = RecentSamples::default();
-        self.turns = RecentSamples::default();
-    }
-
-    /// Forgets the states: their clock was set back.
-    pub(crate) fn forget_states(&mut self) {
-        self.states = RecentSamples::default();
-    }
-
-    /// Forgets the turns: their clock was set back.
-    pub(crate) fn forget_turns(&mut self) {
-        self.turns = RecentSamples::default();
+        self.states.forget();
+        self.turns.forget();
     }
 
     /// Forgets what lies before this stamp and before all that the waiting strikes need.
@@ -167,21 +162,6 @@ impl Extras {
         let stamp = stamp.saturating_sub(MARGIN).min(needed);
         self.states.forget_before(stamp);
         self.turns.forget_before(stamp);
-    }
-
-    /// What was seen of the delay between the arm's clock and the camera's.
-    pub(crate) fn take_delays(&mut self) -> Vec<TouchDelay> {
-        std::mem::take(&mut self.delays)
-    }
-
-    /// Where the tip was as objects began to move.
-    pub(crate) fn take_meetings(&mut self) -> Vec<Meeting> {
-        std::mem::take(&mut self.meetings)
-    }
-
-    /// By how much the arm's measured speed lies behind the commanded one.
-    pub(crate) fn take_behind(&mut self) -> Vec<f64> {
-        std::mem::take(&mut self.behind)
     }
 
     /// Notes on the log's states and poses.

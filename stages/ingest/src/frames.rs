@@ -30,11 +30,10 @@ impl LogFrames {
 
     /// A centroid seen by the camera, in the table's frame and on the arm's clock.
     pub(crate) fn centroid(&self, sample: Sample) -> Sample {
-        Sample {
-            stamp: sample.stamp.saturating_sub(self.delay),
-            x: sample.x,
-            y: if self.mirrored { -sample.y } else { sample.y },
-        }
+        Sample::at(
+            sample.stamp.saturating_sub(self.delay),
+            Point::new(sample.x, if self.mirrored { -sample.y } else { sample.y }),
+        )
     }
 
     /// A yaw (rad) seen by the camera, in the table's frame.
@@ -48,11 +47,7 @@ impl LogFrames {
             return sample;
         }
         let turned = Point::new(sample.x, sample.y).rotated(self.turn);
-        Sample {
-            stamp: sample.stamp,
-            x: turned.x,
-            y: turned.y,
-        }
+        Sample::at(sample.stamp, turned)
     }
 
     /// A state of the arm, in the table's frame.

@@ -301,11 +301,7 @@ mod tests {
         let (rig, mut lost) = (Rig::demo(Shape::Cylinder), Lost::default());
         let (mut unseen, mut seen) = (0, Vec::new());
         for (i, [x, y]) in (0_i64..).zip(places) {
-            let sample = Sample {
-                stamp: i * 16_666_667,
-                x: *x,
-                y: *y,
-            };
+            let sample = Sample::at(i * 16_666_667, Point::new(*x, *y));
             unseen += lost.take(sample, &rig, |sample| seen.push(sample.stamp));
         }
         unseen += lost.release(&rig, |sample| seen.push(sample.stamp));
@@ -409,11 +405,7 @@ mod tests {
     }
 
     fn frame(i: i64, place: Point) -> Sample {
-        Sample {
-            stamp: i * 16_666_667,
-            x: place.x,
-            y: place.y,
-        }
+        Sample::at(i * 16_666_667, place)
     }
 
     /// At rest for a second, then a slide under 3 m/s² to rest, as a tracker sees it that rounds to steps of this many mm, on a sensor turned by

@@ -65,10 +65,7 @@ pub(crate) fn plateau(commands: &[Sample], rig: &Rig) -> Result<Command, Rejecti
     let (x, y) = commands[plateau]
         .iter()
         .fold((0.0, 0.0), |(x, y), c| (x + c.x, y + c.y));
-    Ok(Command {
-        speed,
-        angle: f64::atan2(y, x),
-    })
+    Ok(Command::new(speed, f64::atan2(y, x)))
 }
 
 /// What a measured tip did right before an object moved: the mean of its last velocities before.
@@ -87,10 +84,10 @@ pub(crate) fn at_contact(states: &[Sample], first_motion: i64) -> Result<Command
     let (x, y) = finite
         .iter()
         .fold((0.0, 0.0), |(x, y), s| (x + s.x, y + s.y));
-    Ok(Command {
-        speed: x.hypot(y) / finite.len() as f64,
-        angle: f64::atan2(y, x),
-    })
+    Ok(Command::new(
+        x.hypot(y) / finite.len() as f64,
+        f64::atan2(y, x),
+    ))
 }
 
 /// One or two commands at the top of a plateau that is short beside the time between commands (the paper's, 10 mm long, lasts
@@ -180,10 +177,11 @@ mod tests {
         let commands: Vec<Sample> = (0_i64..)
             .zip(speeds)
             .filter(|(_, speed)| **speed != 0.0)
-            .map(|(i, speed)| Sample {
-                stamp: 1_000_000_000 + i * 10_000_000,
-                x: speed * 0.5_f64.cos(),
-                y: speed * 0.5_f64.sin(),
+            .map(|(i, speed)| {
+                Sample::at(
+                    1_000_000_000 + i * 10_000_000,
+                    values::Point::new(speed * 0.5_f64.cos(), speed * 0.5_f64.sin()),
+                )
             })
             .collect();
         super::plateau(&commands, &Rig::demo(Shape::Cylinder)).map_err(|rejection| rejection.reason)

@@ -455,11 +455,10 @@ mod tests {
                 velocity: Point::default(),
                 position: Point::new(tip, 0.0),
             });
-            pushes.see(&Sample {
+            pushes.see(&Sample::at(
                 stamp,
-                x: 0.3 + x(t - 0.5) + wobble(1.1),
-                y: wobble(2.3),
-            });
+                Point::new(0.3 + x(t - 0.5) + wobble(1.1), wobble(2.3)),
+            ));
         }
         let slides = pushes.take("a.mcap", &rig, true);
         (slides, pushes.take_carried())
@@ -555,11 +554,7 @@ mod tests {
             let is_lost = uniform() < lost && t > 0.0 && x(t) < x(9.0);
             // Of many equal parts, as good as normal.
             let mut wobble = || 0.0007 * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0);
-            let seen = Sample {
-                stamp,
-                x: 0.3 + x(t) + wobble(),
-                y: wobble(),
-            };
+            let seen = Sample::at(stamp, Point::new(0.3 + x(t) + wobble(), wobble()));
             if !is_lost {
                 pushes.see(&seen);
             }

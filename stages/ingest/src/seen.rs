@@ -488,11 +488,7 @@ mod tests {
                 // A puck of 5 m/s.
                 let t = i as f64 / 120.0;
                 let x = if i % other == 0 { 0.1 } else { 5.0 * t };
-                let sample = Sample {
-                    stamp: (t * 1e9) as i64,
-                    x,
-                    y: 0.0,
-                };
+                let sample = Sample::at((t * 1e9) as i64, Point::new(x, 0.0));
                 watch.take(&sample, &mut seen);
             }
             seen.jumps
@@ -513,11 +509,10 @@ mod tests {
             };
             let wobble = 0.0003 * (i as f64 * 2.3).sin();
             watch.take(
-                &Sample {
-                    stamp: (t * 1e9) as i64,
-                    x: 0.3 + gone(1.0) + wobble,
-                    y: gone(3.0) - wobble,
-                },
+                &Sample::at(
+                    (t * 1e9) as i64,
+                    Point::new(0.3 + gone(1.0) + wobble, gone(3.0) - wobble),
+                ),
                 &mut seen,
             );
         }

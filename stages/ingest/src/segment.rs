@@ -194,7 +194,7 @@ impl<'a> Segmenter<'a> {
         next.into_iter().for_each(|state| self.tell(state));
         if let Err(ClockSetBack { since, .. }) = taken {
             self.reordered.states.drain();
-            self.extras.forget_states();
+            self.extras.states.forget();
             since.into_iter().for_each(|state| self.state(state));
         }
         self.hand_on();
@@ -207,7 +207,7 @@ impl<'a> Segmenter<'a> {
         next.into_iter().for_each(|turn| self.extras.turn(turn));
         if let Err(ClockSetBack { since, .. }) = taken {
             self.reordered.turns.drain();
-            self.extras.forget_turns();
+            self.extras.turns.forget();
             since.into_iter().for_each(|turn| self.turn(turn));
         }
         self.hand_on();
@@ -411,8 +411,8 @@ impl<'a> Segmenter<'a> {
                 Vec::new()
             };
         }
-        self.found.seen.hits.extend(self.breaks.take_hits());
-        self.touches.extend(self.breaks.take_touches());
+        self.found.seen.hits.append(&mut self.breaks.hits);
+        self.touches.append(&mut self.breaks.touches);
         let slides = self.pushes.take(self.log, self.rig, at_end);
         self.counts.carried += self.pushes.take_carried();
         self.counts.untold.extend(self.pushes.take_untold());
@@ -800,13 +800,12 @@ impl<'a> Segmenter<'a> {
         self.found.rejects.sort_by_key(|reject| reject.index);
         // Few objects rest where touches alone tell of strikes, and these say more.
         if self.source == CommandSource::Topic || self.found.seen.meetings.is_empty() {
-            let meetings = self.extras.take_meetings();
-            self.found.seen.meetings.extend(meetings);
+            let meetings = &mut self.extras.meetings;
+            self.found.seen.meetings.append(meetings);
         }
         if self.source == CommandSource::Topic {
-            let delays = self.extras.take_delays();
-            self.found.seen.delays.extend(delays);
-            self.found.seen.behind = self.extras.take_behind();
+            self.found.seen.delays.append(&mut self.extras.delays);
+            self.found.seen.behind = std::mem::take(&mut self.extras.behind);
         } else {
             self.found.seen.is_by_state = true;
             let are_in_tool_frame = matches!(self.rig.frames.command, CommandFrame::Tool);

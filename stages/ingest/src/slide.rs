@@ -210,11 +210,9 @@ fn track(frames: &[Frame], end: End) -> Track {
 fn turned(frames: &Frames<'_>, first: usize, until: usize, noise: f64) -> Option<usize> {
     let all = &frames.frames;
     let looked_at = &all[first..held_until(all, until)];
-    let samples = looked_at.iter().map(|frame| Sample {
-        stamp: frame.stamp,
-        x: frame.point.x,
-        y: frame.point.y,
-    });
+    let samples = looked_at
+        .iter()
+        .map(|frame| Sample::at(frame.stamp, frame.point));
     let after = turned_round(frames.rig, noise, samples)?;
     // The frame before may be its last, or the first of what comes after.
     let at = looked_at.partition_point(|frame| frame.stamp < after);

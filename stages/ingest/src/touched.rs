@@ -247,10 +247,10 @@ pub(crate) fn command(
         let detail = Detail::Grazed { aside, speed };
         return Err(Rejection::new(RejectReason::NoMotion, detail));
     }
-    Ok(Command {
-        speed: speed * (1.0 - aside * aside).sqrt(),
-        angle: along.rotated(aside.asin()).bearing(),
-    })
+    Ok(Command::new(
+        speed * (1.0 - aside * aside).sqrt(),
+        along.rotated(aside.asin()).bearing(),
+    ))
 }
 
 /// The frames that are the slide's, what ends them, and where it rests if it does.

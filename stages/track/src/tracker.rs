@@ -307,15 +307,7 @@ impl Tracker {
         }
         let camera = camera_near(first.pixel);
         let outline = Outline::seen(&camera, &self.solid, first.pose).unwrap_or_default();
-        let observation = Observation::of_marker(first, &outline);
-        Some(Looked {
-            observation,
-            side: SideSums::default(),
-            band: BandSums::default(),
-            shear: PatternSums::default(),
-            larger: 0.0,
-            unsure_of_side: 0.0,
-        })
+        Some(Looked::at(Observation::of_marker(first, &outline)))
     }
 
     /// What has the object's colour, but for what always had it. Where there is nothing, glare may hide its colour, or it stands on a mark
@@ -640,8 +632,13 @@ fn is_found(looked: &Looked) -> bool {
 
 impl Looked {
     fn none(reason: Reason) -> Self {
+        Self::at(Observation::none(reason))
+    }
+
+    /// An observation that tells of nothing else.
+    fn at(observation: Observation) -> Self {
         Self {
-            observation: Observation::none(reason),
+            observation,
             side: SideSums::default(),
             band: BandSums::default(),
             shear: PatternSums::default(),

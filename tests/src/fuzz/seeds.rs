@@ -25,10 +25,11 @@ const POINT_STAMPED: &str = "# A point.\nstd_msgs/Header header\nPoint point\n\
 /// Logs as the demo writes them, and the same messages without compression and checksums.
 pub(super) fn logs() -> Vec<Vec<u8>> {
     let topics = Rig::demo(Shape::Cylinder).topics;
-    let stamped = |step: u64| Stamped {
-        stamp: 1_700_000_000_000_000_000 + step * 16_000_000,
-        x: 0.3 + 0.01 * step as f64,
-        y: 0.1,
+    let stamped = |step: u64| {
+        Stamped::at(
+            1_700_000_000_000_000_000 + step * 16_000_000,
+            Point::new(0.3 + 0.01 * step as f64, 0.1),
+        )
     };
     let samples = Samples {
         centroids: (0..12).map(stamped).collect(),

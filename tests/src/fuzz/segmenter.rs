@@ -59,11 +59,13 @@ fn in_order(samples: &Samples) -> Vec<u8> {
 /// One message alone, so that messages are written in the order given.
 fn message(bytes: &[u8]) -> Option<Samples> {
     let number = |at: usize| <[u8; 8]>::try_from(bytes.get(at..at + 8)?).ok();
-    let at = Stamped {
-        stamp: u64::from_le_bytes(number(1)?),
-        x: f64::from_le_bytes(number(9)?),
-        y: f64::from_le_bytes(number(17)?),
-    };
+    let at = Stamped::at(
+        u64::from_le_bytes(number(1)?),
+        Point::new(
+            f64::from_le_bytes(number(9)?),
+            f64::from_le_bytes(number(17)?),
+        ),
+    );
     let mut samples = Samples::default();
     match bytes.first()? % 3 {
         0 => samples.centroids.push(at),

@@ -25,4 +25,19 @@ impl AddedEffect {
             parameters: parameters.iter().map(fixed).collect(),
         }
     }
+
+    /// An effect as tests list it: `name: parameter = value, …`.
+    #[cfg(test)]
+    pub(crate) fn listed(line: &str) -> Self {
+        let (name, parameters) = line.split_once(": ").expect("an effect");
+        let value = |one: &'_ str| {
+            let (name, value) = one.split_once(" = ").expect("a parameter");
+            let value = value.parse().expect("a number");
+            (name.to_owned(), Estimate::fixed(value))
+        };
+        Self {
+            name: name.into(),
+            parameters: parameters.split(", ").map(value).collect(),
+        }
+    }
 }

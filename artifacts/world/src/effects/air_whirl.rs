@@ -3,8 +3,8 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, Slide, parameters::middle, wording,
+    Acts, Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::forcing, parameters::middle, wording,
 };
 
 /// Rate in 1/s² below which there is no centre.
@@ -32,9 +32,10 @@ pub const SPEC: EffectSpec = EffectSpec {
         vec![start.about(experiment).combined_by(one_whirl)]
     },
     build: |values, _| {
-        Box::new(AirWhirl {
-            rate: values.get("rate"),
-            centre: Point::new(values.get("center_x"), values.get("center_y")),
+        let (rate, centre) = (values.get("rate"), values.centre());
+        forcing(Acts::Slide, move |slide| {
+            let arm = slide.position - centre;
+            Point::new(-arm.y, arm.x) * rate
         })
     },
     statement: |values| {
@@ -49,22 +50,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct AirWhirl {
-    rate: f64,
-    centre: Point,
-}
-
-impl Effect for AirWhirl {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        let arm = slide.position - self.centre;
-        Point::new(-arm.y, arm.x) * self.rate
-    }
-}
 
 /// A sum of whirls is one: of all their rates, about their weighted centre.
 fn one_whirl(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {

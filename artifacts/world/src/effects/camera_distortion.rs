@@ -1,10 +1,8 @@
 //! A lens that bends the picture: seen = c + (p − c)·(1 + k₁·r² + k₂·r⁴), r the distance from the point c it looks down on.
 
-use values::Point;
-
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, parameters::centre, wording,
+    Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::seeing, parameters::centre, wording,
 };
 
 /// Distance in m from the camera's centre at which the distortion is stated.
@@ -48,10 +46,12 @@ pub const SPEC: EffectSpec = EffectSpec {
         ]
     },
     build: |values, rig| {
-        Box::new(CameraDistortion {
-            centre: values.camera_centre(rig),
-            k1: values.get("k1"),
-            k2: values.get("k2"),
+        let centre = values.camera_centre(rig);
+        let (k1, k2) = (values.get("k1"), values.get("k2"));
+        seeing(0.0, move |point| {
+            let apart = point - centre;
+            let square = apart.dot(apart);
+            centre + apart * (1.0 + square * (k1 + square * k2))
         })
     },
     statement: |values| {
@@ -85,24 +85,6 @@ fn one_lens(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {
         (name.to_string(), stated + aside.clamp(-MOST, MOST))
     };
     vec![("k1".into(), k1), axis("center_x"), axis("center_y")]
-}
-
-struct CameraDistortion {
-    centre: Point,
-    k1: f64,
-    k2: f64,
-}
-
-impl Effect for CameraDistortion {
-    fn acts(&self) -> Acts {
-        Acts::Camera
-    }
-
-    fn observe(&self, point: Point) -> Point {
-        let apart = point - self.centre;
-        let square = apart.dot(apart);
-        self.centre + apart * (1.0 + square * (self.k1 + square * self.k2))
-    }
 }
 
 #[cfg(test)]

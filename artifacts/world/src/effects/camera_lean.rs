@@ -5,8 +5,8 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, parameters::centre, wording,
+    Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::seeing, parameters::centre, wording,
 };
 
 /// Scale beyond which a picture shows no table: what lies there is as good as at the horizon.
@@ -49,16 +49,19 @@ pub const SPEC: EffectSpec = EffectSpec {
         ]
     },
     build: |values, rig| {
+        let centre = values.camera_centre(rig);
         let lean = Point::new(values.get("lean_x"), values.get("lean_y"));
         let sine = (lean.norm() * values.get("height")).min(STEEPEST);
-        Box::new(CameraLean {
-            centre: values.camera_centre(rig),
-            lean,
-            // (cos α − 1)/|l|², with a limit where nothing leans.
-            shorter: match lean.dot(lean) {
-                0.0 => 0.0,
-                square => ((1.0 - sine * sine).sqrt() - 1.0) / square,
-            },
+        // Factor by which S changes a length along the lean, less one, over |l|²: (cos α − 1)/|l|², with a limit where nothing leans.
+        let shorter = match lean.dot(lean) {
+            0.0 => 0.0,
+            square => ((1.0 - sine * sine).sqrt() - 1.0) / square,
+        };
+        seeing(0.0, move |point| {
+            let apart = point - centre;
+            let along = lean.dot(apart);
+            let foreshortened = apart + lean * (shorter * along);
+            centre + foreshortened * (1.0 + along).max(LEAST_SCALE).recip()
         })
     },
     statement: |values| {
@@ -73,26 +76,6 @@ pub const SPEC: EffectSpec = EffectSpec {
 
 /// Height in m at which a camera over a table hangs, roughly: where fits begin.
 const USUAL_HEIGHT: f64 = 1.0;
-
-struct CameraLean {
-    centre: Point,
-    lean: Point,
-    /// Factor by which S changes a length along the lean, less one, over |l|².
-    shorter: f64,
-}
-
-impl Effect for CameraLean {
-    fn acts(&self) -> Acts {
-        Acts::Camera
-    }
-
-    fn observe(&self, point: Point) -> Point {
-        let apart = point - self.centre;
-        let along = self.lean.dot(apart);
-        let foreshortened = apart + self.lean * (self.shorter * along);
-        self.centre + foreshortened * (1.0 + along).max(LEAST_SCALE).recip()
-    }
-}
 
 #[cfg(test)]
 mod tests {

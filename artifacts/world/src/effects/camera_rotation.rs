@@ -3,8 +3,8 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, parameters::centre, wording,
+    Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::seeing, parameters::centre, wording,
 };
 
 /// Camera rotation; parameter `angle`, by which what is seen is turned counter-clockwise, and `center_x`, `center_y` of
@@ -27,11 +27,11 @@ pub const SPEC: EffectSpec = EffectSpec {
         vec![FitStart::new(vec![column], &["angle"])]
     },
     build: |values, rig| {
+        let centre = values.camera_centre(rig);
         let (sin, cos) = values.get("angle").sin_cos();
-        Box::new(CameraRotation {
-            centre: values.camera_centre(rig),
-            sin,
-            cos,
+        seeing(sin.atan2(cos), move |point| {
+            let Point { x, y } = point - centre;
+            centre + Point::new(cos * x - sin * y, sin * x + cos * y)
         })
     },
     statement: |values| {
@@ -43,27 +43,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct CameraRotation {
-    centre: Point,
-    sin: f64,
-    cos: f64,
-}
-
-impl Effect for CameraRotation {
-    fn acts(&self) -> Acts {
-        Acts::Camera
-    }
-
-    fn seen_turn(&self) -> f64 {
-        self.sin.atan2(self.cos)
-    }
-
-    fn observe(&self, point: Point) -> Point {
-        let Point { x, y } = point - self.centre;
-        self.centre + Point::new(self.cos * x - self.sin * y, self.sin * x + self.cos * y)
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -8,8 +8,8 @@ use std::f64::consts::FRAC_PI_4;
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters,
+    Column, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin, Parameters,
+    formula::seeing,
     parameters::{centre, direction},
     wording,
 };
@@ -45,11 +45,15 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "pictures of two cameras side by side, each with its own calibration",
     starts: lines,
     build: |values, _| {
-        Box::new(CameraSeam {
-            normal: Point::polar(1.0, values.get("direction")),
-            middle: values.line_foot(),
-            width: values.get("width"),
-            shift: Point::new(values.get("shift_x"), values.get("shift_y")),
+        let (across, middle) = (
+            Point::polar(1.0, values.get("direction")),
+            values.line_foot(),
+        );
+        let shift = Point::new(values.get("shift_x"), values.get("shift_y"));
+        let width = values.get("width");
+        seeing(0.0, move |point| {
+            let beyond = across.dot(point - middle) / width;
+            point + shift * (0.5 * (1.0 + beyond.tanh()))
         })
     },
     statement: |values| {
@@ -91,25 +95,6 @@ fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
         }));
     }
     starts
-}
-
-struct CameraSeam {
-    /// Unit vector across the line.
-    normal: Point,
-    middle: Point,
-    width: f64,
-    shift: Point,
-}
-
-impl Effect for CameraSeam {
-    fn acts(&self) -> Acts {
-        Acts::Camera
-    }
-
-    fn observe(&self, point: Point) -> Point {
-        let beyond = self.normal.dot(point - self.middle) / self.width;
-        point + self.shift * (0.5 * (1.0 + beyond.tanh()))
-    }
 }
 
 #[cfg(test)]

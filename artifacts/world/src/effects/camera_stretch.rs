@@ -4,8 +4,8 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, parameters::centre, wording,
+    Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::seeing, parameters::centre, wording,
 };
 
 const fn stretch(name: &'static str) -> EffectParameter {
@@ -45,11 +45,15 @@ pub const SPEC: EffectSpec = EffectSpec {
         )]
     },
     build: |values, rig| {
-        Box::new(CameraStretch {
-            centre: values.camera_centre(rig),
-            along: values.get("along"),
-            diagonal: values.get("diagonal"),
-            turn: values.get("turn"),
+        let centre = values.camera_centre(rig);
+        let [along, diagonal, turn] = ["along", "diagonal", "turn"].map(|name| values.get(name));
+        seeing(turn, move |point| {
+            let apart = point - centre;
+            let more = Point::new(
+                along * apart.x + diagonal * apart.y,
+                diagonal * apart.x - along * apart.y,
+            );
+            centre + apart.rotated(turn) + more
         })
     },
     statement: |values| {
@@ -62,32 +66,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct CameraStretch {
-    centre: Point,
-    along: f64,
-    diagonal: f64,
-    turn: f64,
-}
-
-impl Effect for CameraStretch {
-    fn acts(&self) -> Acts {
-        Acts::Camera
-    }
-
-    fn seen_turn(&self) -> f64 {
-        self.turn
-    }
-
-    fn observe(&self, point: Point) -> Point {
-        let apart = point - self.centre;
-        let more = Point::new(
-            self.along * apart.x + self.diagonal * apart.y,
-            self.diagonal * apart.x - self.along * apart.y,
-        );
-        self.centre + apart.rotated(self.turn) + more
-    }
-}
 
 #[cfg(test)]
 mod tests {

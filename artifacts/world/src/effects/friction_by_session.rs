@@ -1,8 +1,8 @@
 //! Friction that differs from log to log: another day, object or surface.
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, sessions::BySession, wording,
+    Acts, Column, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin,
+    Parameters, formula::braking, sessions::BySession, wording,
 };
 
 /// Friction by session; parameters are named by session, each the relative change of friction in it from the mean over
@@ -21,8 +21,9 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "an effect of the group, as in mixed models (Laird and Ware 1982)",
     starts: sessions,
     build: |values, _| {
-        Box::new(FrictionBySession {
-            change: BySession::relative(values),
+        let change = BySession::relative(values);
+        braking(Acts::Strike, move |slide| {
+            1.0 + change.value(&slide.conditions.session)
         })
     },
     statement: |values| {
@@ -47,20 +48,6 @@ fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
             let column = |name: &&str| Column::new(&still, (*name, 0.02));
             vec![FitStart::new(others.iter().map(column).collect(), others)]
         }
-    }
-}
-
-struct FrictionBySession {
-    change: BySession,
-}
-
-impl Effect for FrictionBySession {
-    fn acts(&self) -> Acts {
-        Acts::Strike
-    }
-
-    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        1.0 + self.change.value(&slide.conditions.session)
     }
 }
 

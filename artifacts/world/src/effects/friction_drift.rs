@@ -4,8 +4,8 @@
 //! p = 1, and from one level to another within some 3/(k·p) strikes where p is large.
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, Values, wording,
+    Acts, Column, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin,
+    Parameters, Values, formula::braking, wording,
 };
 
 /// Least factor on friction: however long a falling drift goes on, this share of friction is left.
@@ -40,7 +40,12 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "friction changes with the number of pushes (Yu et al. 2016), to first order",
     // Between sessions a change of level has a name of its own.
     starts: |experiment| starts(experiment, 0.02, experiment.sessions().len() < 2),
-    build: |values, _| Box::new(FrictionDrift(Drift::of(values))),
+    build: |values, _| {
+        let drift = Drift::of(values);
+        braking(Acts::Strike, move |slide| {
+            drift.factor(slide.conditions.order).max(LEAST_FACTOR)
+        })
+    },
     statement: |values| Drift::of(values).statement("friction"),
 };
 
@@ -132,18 +137,6 @@ pub(super) fn starts(experiment: &Experiment<'_>, rate: f64, has_levels: bool) -
         ));
     }
     starts
-}
-
-struct FrictionDrift(Drift);
-
-impl Effect for FrictionDrift {
-    fn acts(&self) -> Acts {
-        Acts::Strike
-    }
-
-    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        self.0.factor(slide.conditions.order).max(LEAST_FACTOR)
-    }
 }
 
 #[cfg(test)]

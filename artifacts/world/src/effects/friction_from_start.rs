@@ -4,8 +4,8 @@
 //! Friction is (1 + change·e^(−s/length)) times as high, s the distance from where the object was struck.
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, Slide, wording,
+    Acts, Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::braking, wording,
 };
 
 /// Lengths (m) that are tried.
@@ -32,9 +32,9 @@ pub const SPEC: EffectSpec = EffectSpec {
         each.collect()
     },
     build: |values, _| {
-        Box::new(FrictionFromStart {
-            change: values.get("change"),
-            length: values.get("length"),
+        let (change, length) = (values.get("change"), values.get("length"));
+        braking(Acts::Slide, move |slide| {
+            1.0 + change * (-slide.position.distance(slide.from) / length).exp()
         })
     },
     statement: |values| {
@@ -47,22 +47,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct FrictionFromStart {
-    change: f64,
-    length: f64,
-}
-
-impl Effect for FrictionFromStart {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        let gone = slide.position.distance(slide.from);
-        1.0 + self.change * (-gone / self.length).exp()
-    }
-}
 
 #[cfg(test)]
 mod tests {

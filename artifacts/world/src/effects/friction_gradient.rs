@@ -3,8 +3,8 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, Slide, parameters::centre, wording,
+    Acts, Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::braking, parameters::centre, wording,
 };
 
 /// Least factor on friction: however far a falling gradient goes on, this share of friction is left.
@@ -41,9 +41,10 @@ pub const SPEC: EffectSpec = EffectSpec {
         vec![FitStart::new(columns.into(), &names)]
     },
     build: |values, _| {
-        Box::new(FrictionGradient {
-            gradient: Point::new(values.get("gradient_x"), values.get("gradient_y")),
-            centre: Point::new(values.get("center_x"), values.get("center_y")),
+        let gradient = Point::new(values.get("gradient_x"), values.get("gradient_y"));
+        let centre = values.centre();
+        braking(Acts::Slide, move |slide| {
+            (1.0 + gradient.dot(slide.position - centre)).max(LEAST_FACTOR)
         })
     },
     statement: |values| {
@@ -55,21 +56,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct FrictionGradient {
-    gradient: Point,
-    centre: Point,
-}
-
-impl Effect for FrictionGradient {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        (1.0 + self.gradient.dot(slide.position - self.centre)).max(LEAST_FACTOR)
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -7,8 +7,9 @@ use std::f64::consts::{FRAC_PI_8, TAU};
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide,
+    Column, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin, Parameters,
+    Slide,
+    formula::braking_within,
     parameters::{centre, direction},
 };
 
@@ -42,12 +43,18 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "work of friction along a strip that is narrower than the object",
     starts: lines,
     build: |values, _| {
-        Box::new(FrictionLine {
-            normal: Point::polar(1.0, values.get("direction")),
-            middle: values.line_foot(),
-            width: values.get("width"),
-            length: values.get("length"),
-        })
+        let (width, length) = (values.get("width"), values.get("length"));
+        let (across, middle) = (
+            Point::polar(1.0, values.get("direction")),
+            values.line_foot(),
+        );
+        // From the line, in widths.
+        let apart = move |position: Point| across.dot(position - middle) / width;
+        let factor = move |slide: &Slide<'_>| {
+            let profile = (-0.5 * apart(slide.position).powi(2)).exp();
+            (1.0 + length * profile / (width * TAU.sqrt())).max(LEAST_FACTOR)
+        };
+        braking_within(factor, move |at| width * (apart(at).abs() - 4.0).max(0.5))
     },
     statement: |values| {
         let (middle, length) = (values.line_foot(), values.get("length"));
@@ -94,36 +101,6 @@ fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
         }
     }
     starts
-}
-
-struct FrictionLine {
-    /// Unit vector across the line.
-    normal: Point,
-    middle: Point,
-    width: f64,
-    length: f64,
-}
-
-impl FrictionLine {
-    /// Distance in m from the line, in widths.
-    fn apart(&self, position: Point) -> f64 {
-        self.normal.dot(position - self.middle) / self.width
-    }
-}
-
-impl Effect for FrictionLine {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        let profile = (-0.5 * self.apart(slide.position).powi(2)).exp();
-        (1.0 + self.length * profile / (self.width * TAU.sqrt())).max(LEAST_FACTOR)
-    }
-
-    fn stretch(&self, position: Point) -> f64 {
-        self.width * (self.apart(position).abs() - 4.0).max(0.5)
-    }
 }
 
 #[cfg(test)]

@@ -5,8 +5,9 @@
 use values::Point;
 
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, Naming, Origin, Parameters, Slide,
+    EffectParameter, EffectSpec, Family, Naming, Origin, Parameters,
     field::{Field, Nodes},
+    formula::braking_within,
     friction_step::SMALL,
     wording,
 };
@@ -30,10 +31,14 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::LastResort,
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018); Gaussian radial basis with a ridge",
     starts: |experiment| NODES.starts(experiment, SMALL),
-    build: |values, _| Box::new(FrictionMap(NODES.field(values))),
+    build: |values, _| {
+        let map = NODES.field(values);
+        let stretch = map.stretch();
+        braking_within(move |slide| factor(&map, slide.position), move |_| stretch)
+    },
     statement: |values| {
-        let map = FrictionMap(NODES.field(values));
-        let factors = || map.0.places().map(|place| (place, map.factor(place)));
+        let map = NODES.field(values);
+        let factors = || map.places().map(|place| (place, factor(&map, place)));
         let nearest_one = (Point::default(), 1.0);
         let least = factors()
             .min_by(|a, b| a.1.total_cmp(&b.1))
@@ -53,26 +58,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     },
 };
 
-struct FrictionMap(Field);
-
-impl FrictionMap {
-    fn factor(&self, position: Point) -> f64 {
-        (1.0 + self.0.at(position).0).max(LEAST_FACTOR)
-    }
-}
-
-impl Effect for FrictionMap {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        self.factor(slide.position)
-    }
-
-    fn stretch(&self, _: Point) -> f64 {
-        self.0.stretch()
-    }
+fn factor(map: &Field, position: Point) -> f64 {
+    (1.0 + map.at(position).0).max(LEAST_FACTOR)
 }
 
 #[cfg(test)]

@@ -8,9 +8,10 @@ use std::f64::consts::PI;
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide, Values,
+    Column, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin, Parameters,
+    Slide, Values,
     footprint::{Footprint, LEAD, SOFTNESS},
+    formula::braking_within,
     friction_step::SMALL,
     parameters::middle,
     wording,
@@ -51,13 +52,19 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "friction varies over a table (Yu et al. 2016; Ma and Rodriguez 2018); area common to two circles",
     starts: patches,
     build: |values, rig| {
-        Box::new(FrictionPatch {
-            centre: Point::new(values.get("center_x"), values.get("center_y")),
-            radius: values.get("radius"),
-            change: values.get("change"),
-            base: Footprint::of(values, rig),
-            to_disc: stretch(longer(values) * -1.0),
-            shortest: (-longer(values).norm()).exp(),
+        let (centre, radius, change) =
+            (values.centre(), values.get("radius"), values.get("change"));
+        let base = Footprint::of(values, rig);
+        // Takes what lies about the centre to a disc of the same area, by rows; and how much it shortens at the most.
+        let to_disc = stretch(longer(values) * -1.0);
+        let shortest = (-longer(values).norm()).exp();
+        let apart = move |at: Point| product(to_disc, at - centre);
+        let factor = move |slide: &Slide<'_>| {
+            let apart = apart(base.felt_at(slide));
+            1.0 + change * covered(base.radius, radius, apart.dot(apart))
+        };
+        braking_within(factor, move |at| {
+            shortest * base.smooth_within(apart(at).norm() - radius)
         })
     },
     statement: |values| {
@@ -105,39 +112,13 @@ fn product([first, second]: [Point; 2], by: Point) -> Point {
 
 /// The edge of a patch with these values on the table, a closed line (m).
 pub fn patch_edge(values: &Values) -> Vec<Point> {
-    let centre = Point::new(values.get("center_x"), values.get("center_y"));
+    let centre = values.centre();
     let directions = (0..=60).map(|k| 2.0 * PI * f64::from(k) / 60.0);
     let stretch = stretch(longer(values));
     directions
         .map(|direction| Point::polar(values.get("radius"), direction))
         .map(|on_disc| centre + product(stretch, on_disc))
         .collect()
-}
-
-struct FrictionPatch {
-    centre: Point,
-    radius: f64,
-    change: f64,
-    base: Footprint,
-    /// Takes what lies about the centre to a disc of the same area, by rows; and how much it shortens at the most.
-    to_disc: [Point; 2],
-    shortest: f64,
-}
-
-impl Effect for FrictionPatch {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        let apart = product(self.to_disc, self.base.felt_at(slide) - self.centre);
-        1.0 + self.change * covered(self.base.radius, self.radius, apart.dot(apart))
-    }
-
-    fn stretch(&self, position: Point) -> f64 {
-        let apart = product(self.to_disc, position - self.centre);
-        self.shortest * self.base.smooth_within(apart.norm() - self.radius)
-    }
 }
 
 /// Share of a circle of radius `base` that lies in one of radius `disc`, their centres `square` apart, squared.

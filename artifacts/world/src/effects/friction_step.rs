@@ -7,9 +7,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, Slide,
+    Column, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin, Parameters,
     footprint::{Footprint, LEAD, SOFTNESS},
+    formula::braking_within,
     parameters::direction,
     wording,
 };
@@ -45,13 +45,21 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "two surfaces that meet; area of a segment of a circle",
     starts: lines,
     build: |values, rig| {
-        Box::new(FrictionStep {
-            normal: Point::polar(1.0, values.get("direction")),
-            offset: values.get("offset"),
-            change: values.get("change"),
-            curvature: values.get("curvature"),
-            base: Footprint::of(values, rig),
-        })
+        let normal = Point::polar(1.0, values.get("direction"));
+        let [offset, change, curvature] =
+            ["offset", "change", "curvature"].map(|name| values.get(name));
+        let base = Footprint::of(values, rig);
+        // Distance in m beyond the line.
+        let beyond = move |position: Point| {
+            let along = normal.rotated(FRAC_PI_2).dot(position - ABOUT);
+            let bends = 0.5 * curvature * along * along;
+            let slope = curvature * along;
+            (normal.dot(position) - offset - bends) / slope.hypot(1.0)
+        };
+        braking_within(
+            move |slide| 1.0 + change * share_beyond(beyond(base.felt_at(slide)) / base.radius),
+            move |at| base.smooth_within(beyond(at).abs()),
+        )
     },
     statement: |values| {
         let direction = values.get("direction");
@@ -92,40 +100,6 @@ fn lines(experiment: &Experiment<'_>) -> Vec<FitStart> {
         }
     }
     starts
-}
-
-struct FrictionStep {
-    /// Unit vector across the line.
-    normal: Point,
-    offset: f64,
-    change: f64,
-    /// In 1/m.
-    curvature: f64,
-    base: Footprint,
-}
-
-impl FrictionStep {
-    /// Distance in m beyond the line.
-    fn beyond(&self, position: Point) -> f64 {
-        let along = self.normal.rotated(FRAC_PI_2).dot(position - ABOUT);
-        let bends = 0.5 * self.curvature * along * along;
-        let slope = self.curvature * along;
-        (self.normal.dot(position) - self.offset - bends) / slope.hypot(1.0)
-    }
-}
-
-impl Effect for FrictionStep {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        1.0 + self.change * share_beyond(self.beyond(self.base.felt_at(slide)) / self.base.radius)
-    }
-
-    fn stretch(&self, position: Point) -> f64 {
-        self.base.smooth_within(self.beyond(position).abs())
-    }
 }
 
 /// Share of a circle beyond a line, by how far its centre is beyond it, in radii.

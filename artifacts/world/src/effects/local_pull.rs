@@ -1,10 +1,8 @@
 //! A pull towards one place, or a push away from it: a magnet below the table, a single dent or swelling.
 
-use values::Point;
-
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
-    parameters::middle,
+    EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
+    formula::forcing_within, parameters::middle,
 };
 
 /// Width in m of the cells on which pulls are tried, and how far they reach.
@@ -30,11 +28,12 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "force on a small magnetic body beside a dipole at some depth, between that on soft iron and that on a magnet",
     starts: |experiment| FitStart::at_places(experiment, CELL, &REACHES, &[("pull", 0.5)]),
     build: |values, _| {
-        Box::new(LocalPull {
-            centre: Point::new(values.get("center_x"), values.get("center_y")),
-            reach: values.get("reach"),
-            pull: values.get("pull"),
-        })
+        let (centre, reach, pull) = (values.centre(), values.get("reach"), values.get("pull"));
+        let acceleration = move |slide: &Slide<'_>| {
+            let apart = slide.position - centre;
+            apart * (-pull * falls(apart.dot(apart) / (reach * reach)))
+        };
+        forcing_within(acceleration, move |_| 0.5 * reach)
     },
     statement: |values| {
         let (pull, reach) = (values.get("pull"), values.get("reach"));
@@ -61,27 +60,6 @@ const STEEPEST: f64 = 0.447_213_595_499_957_9;
 /// Factor on the pull at a squared distance, in squared reaches.
 fn falls(square: f64) -> f64 {
     (1.0 + square).powi(-3)
-}
-
-struct LocalPull {
-    centre: Point,
-    reach: f64,
-    pull: f64,
-}
-
-impl Effect for LocalPull {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        let apart = slide.position - self.centre;
-        apart * (-self.pull * falls(apart.dot(apart) / (self.reach * self.reach)))
-    }
-
-    fn stretch(&self, _: Point) -> f64 {
-        0.5 * self.reach
-    }
 }
 
 #[cfg(test)]

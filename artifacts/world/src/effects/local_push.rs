@@ -3,8 +3,8 @@
 use values::Point;
 
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
-    parameters::middle, wording,
+    EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
+    formula::forcing_within, parameters::middle, wording,
 };
 
 const fn push(name: &'static str) -> EffectParameter {
@@ -41,11 +41,13 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
     build: |values, _| {
-        Box::new(LocalPush {
-            centre: Point::new(values.get("center_x"), values.get("center_y")),
-            reach: values.get("reach"),
-            push: Point::new(values.get("push_x"), values.get("push_y")),
-        })
+        let (centre, reach) = (values.centre(), values.get("reach"));
+        let push = Point::new(values.get("push_x"), values.get("push_y"));
+        let acceleration = move |slide: &Slide<'_>| {
+            let apart = slide.position - centre;
+            push * (-0.5 * apart.dot(apart) / (reach * reach)).exp()
+        };
+        forcing_within(acceleration, move |_| 0.5 * reach)
     },
     statement: |values| {
         let push = Point::new(values.get("push_x"), values.get("push_y"));
@@ -60,27 +62,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct LocalPush {
-    centre: Point,
-    reach: f64,
-    push: Point,
-}
-
-impl Effect for LocalPush {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        let apart = slide.position - self.centre;
-        self.push * (-0.5 * apart.dot(apart) / (self.reach * self.reach)).exp()
-    }
-
-    fn stretch(&self, _: Point) -> f64 {
-        0.5 * self.reach
-    }
-}
 
 #[cfg(test)]
 mod tests {

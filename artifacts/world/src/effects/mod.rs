@@ -15,6 +15,7 @@ mod camera_seam;
 mod camera_stretch;
 mod field;
 mod footprint;
+mod formula;
 mod friction_by_session;
 mod friction_drift;
 mod friction_from_start;

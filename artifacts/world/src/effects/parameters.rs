@@ -123,10 +123,14 @@ impl Values {
         self.all.iter().map(|(name, value)| (name.as_str(), *value))
     }
 
+    /// The place (`center_x`, `center_y`) in m.
+    pub fn centre(&self) -> Point {
+        Point::new(self.get("center_x"), self.get("center_y"))
+    }
+
     /// The point, in m, of a line that is nearest to the one from which its `offset` is measured along its `direction`.
     pub fn line_foot(&self) -> Point {
-        let from = Point::new(self.get("center_x"), self.get("center_y"));
-        from + Point::polar(self.get("offset"), self.get("direction"))
+        self.centre() + Point::polar(self.get("offset"), self.get("direction"))
     }
 
     /// The point that the camera looks down on, in m: the effect's own, so that another rig file changes nothing; the rig's

@@ -5,8 +5,8 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, Slide, wording,
+    Acts, Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::forcing, wording,
 };
 
 /// Speed in m/s below which the way has no direction.
@@ -38,9 +38,14 @@ pub const SPEC: EffectSpec = EffectSpec {
         each.chain([both]).collect()
     },
     build: |values, _| {
-        Box::new(PathCurl {
-            part: values.get("part"),
-            rate: values.get("rate"),
+        let (part, rate) = (values.get("part"), values.get("rate"));
+        forcing(Acts::Slide, move |slide| {
+            let speed = slide.velocity.norm();
+            if speed < STILL {
+                return Point::default();
+            }
+            let left = Point::new(-slide.velocity.y, slide.velocity.x) * speed.recip();
+            left * (part * slide.dry + rate * speed)
         })
     },
     statement: |values| {
@@ -62,26 +67,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct PathCurl {
-    part: f64,
-    rate: f64,
-}
-
-impl Effect for PathCurl {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        let speed = slide.velocity.norm();
-        if speed < STILL {
-            return Point::default();
-        }
-        let left = Point::new(-slide.velocity.y, slide.velocity.x) * speed.recip();
-        left * (self.part * slide.dry + self.rate * speed)
-    }
-}
 
 #[cfg(test)]
 mod tests {

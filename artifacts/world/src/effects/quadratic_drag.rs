@@ -1,9 +1,8 @@
 //! Drag that grows with the square of the speed: a = −k·|v|·v, as from air or from a deep film.
 
-use values::Point;
-
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
+    Acts, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::forcing,
 };
 
 /// Greatest drag in m/s² at 1 m/s: a third of the speed is lost in 2 cm, which leaves no slide to be seen. A drag that drives the object on is
@@ -27,8 +26,9 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "the drag equation: k = ρ·c_d·A/(2·m)",
     starts: |_| FitStart::linear_up_to(("coefficient", 0.05), MOST),
     build: |values, _| {
-        Box::new(QuadraticDrag {
-            coefficient: values.get("coefficient"),
+        let coefficient = values.get("coefficient");
+        forcing(Acts::Slide, move |slide| {
+            slide.velocity * (-coefficient * slide.velocity.norm())
         })
     },
     statement: |values| {
@@ -38,20 +38,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct QuadraticDrag {
-    coefficient: f64,
-}
-
-impl Effect for QuadraticDrag {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        slide.velocity * (-self.coefficient * slide.velocity.norm())
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -1,10 +1,9 @@
 //! Restitution that changes from strike to strike, by a tip that wears: e(n) = e·(1 + rate·n'/100), n' of the strikes before as of
 //! [`friction_drift`].
 
-use values::Conditions;
-
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, Naming, Origin, Parameters,
+    EffectParameter, EffectSpec, Family, Naming, Origin, Parameters,
+    formula::restoring,
     friction_drift::{self, Drift},
 };
 
@@ -26,7 +25,11 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::Ordinary,
     source: "wear of a contact with the number of impacts, to first order",
     starts: |experiment| friction_drift::starts(experiment, 0.05, true),
-    build: |values, _| Box::new(RestitutionDrift(Drift::of(values))),
+    build: |values, _| {
+        let drift = Drift::of(values);
+        let [least, greatest] = FACTORS;
+        restoring(move |_, conditions| drift.factor(conditions.order).clamp(least, greatest))
+    },
     statement: |values| {
         let drifts = Drift::of(values).statement("restitution");
         format!(
@@ -34,19 +37,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct RestitutionDrift(Drift);
-
-impl Effect for RestitutionDrift {
-    fn acts(&self) -> Acts {
-        Acts::Launch
-    }
-
-    fn restitution_factor(&self, _: f64, conditions: &Conditions) -> f64 {
-        let [least, greatest] = FACTORS;
-        self.0.factor(conditions.order).clamp(least, greatest)
-    }
-}
 
 #[cfg(test)]
 mod tests {

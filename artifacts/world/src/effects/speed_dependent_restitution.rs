@@ -1,9 +1,7 @@
 //! Restitution that falls with impact speed: e(v) = e·(1 − s·(v − v₀)), e being that at v₀.
 
-use values::Conditions;
-
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, formula::restoring,
     wording,
 };
 
@@ -26,8 +24,10 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "e = 1 − α·v at low speeds (Hunt and Crossley 1975), about a reference speed",
     starts: |_| FitStart::linear(("slope", 0.05)),
     build: |values, _| {
-        Box::new(SpeedDependentRestitution {
-            slope: values.get("slope"),
+        let slope = values.get("slope");
+        let [least, greatest] = FACTORS;
+        restoring(move |impact_speed, _| {
+            (1.0 - slope * (impact_speed - REFERENCE)).clamp(least, greatest)
         })
     },
     statement: |values| {
@@ -39,21 +39,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct SpeedDependentRestitution {
-    slope: f64,
-}
-
-impl Effect for SpeedDependentRestitution {
-    fn acts(&self) -> Acts {
-        Acts::Launch
-    }
-
-    fn restitution_factor(&self, impact_speed: f64, _: &Conditions) -> f64 {
-        let [least, greatest] = FACTORS;
-        (1.0 - self.slope * (impact_speed - REFERENCE)).clamp(least, greatest)
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -1,8 +1,8 @@
 //! Friction that is higher near rest: μ(v) = μ·(1 + Δ·exp(−(v/v_s)²)), μ being that at high speed.
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, Slide, wording,
+    Acts, Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::braking, wording,
 };
 
 /// Greatest rise. Friction that falls towards rest is not looked for: that is drag.
@@ -33,9 +33,10 @@ pub const SPEC: EffectSpec = EffectSpec {
             .collect()
     },
     build: |values, _| {
-        Box::new(SpeedWeakeningFriction {
-            rise: values.get("rise"),
-            per_speed_squared: values.get("speed").powi(-2),
+        let (rise, per_speed_squared) = (values.get("rise"), values.get("speed").powi(-2));
+        braking(Acts::Slide, move |slide| {
+            let square = slide.velocity.dot(slide.velocity);
+            1.0 + rise * (-square * per_speed_squared).exp()
         })
     },
     statement: |values| {
@@ -46,22 +47,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct SpeedWeakeningFriction {
-    rise: f64,
-    per_speed_squared: f64,
-}
-
-impl Effect for SpeedWeakeningFriction {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn friction_factor(&self, slide: &Slide<'_>) -> f64 {
-        let square = slide.velocity.dot(slide.velocity);
-        1.0 + self.rise * (-square * self.per_speed_squared).exp()
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -1,9 +1,7 @@
 //! An arm that strikes beside the commanded direction: delivered angle = commanded + δ.
 
-use values::{Command, Conditions, Point};
-
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, formula::delivering,
     wording,
 };
 
@@ -19,9 +17,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "error of calibration between the arm's base and the table",
     starts: |_| FitStart::linear(("bias", 0.005)),
     build: |values, _| {
-        Box::new(StrikerAngleBias {
-            bias: values.get("bias"),
-        })
+        let bias = values.get("bias");
+        delivering(move |command, _, _| command.turned(bias))
     },
     statement: |values| {
         let bias = values.get("bias");
@@ -32,23 +29,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct StrikerAngleBias {
-    bias: f64,
-}
-
-impl Effect for StrikerAngleBias {
-    fn acts(&self) -> Acts {
-        Acts::Launch
-    }
-
-    fn deliver(&self, command: Command, _: Point, _: &Conditions) -> Command {
-        Command {
-            angle: command.angle + self.bias,
-            ..command
-        }
-    }
-}
 
 #[cfg(test)]
 mod tests {

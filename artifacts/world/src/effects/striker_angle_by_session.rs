@@ -1,10 +1,8 @@
 //! A direction that errs differently from log to log: the camera or the table was moved between them.
 
-use values::{Command, Conditions, Point};
-
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin,
-    Parameters, sessions::BySession, wording,
+    EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin, Parameters,
+    formula::delivering, sessions::BySession, wording,
 };
 
 /// Striker angle by session; parameters are named by session, each the error δ of the angle in it, counter-clockwise. A session
@@ -23,9 +21,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "an effect of the group, as in mixed models (Laird and Ware 1982), on the direction of the launch",
     starts: sessions,
     build: |values, _| {
-        Box::new(StrikerAngleBySession {
-            bias: BySession::new(values),
-        })
+        let bias = BySession::new(values);
+        delivering(move |command, _, conditions| command.turned(bias.value(&conditions.session)))
     },
     statement: |values| {
         let sessions: Vec<_> = BySession::new(values)
@@ -54,26 +51,9 @@ fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
     FitStart::each(&names, 0.005)
 }
 
-struct StrikerAngleBySession {
-    bias: BySession,
-}
-
-impl Effect for StrikerAngleBySession {
-    fn acts(&self) -> Acts {
-        Acts::Launch
-    }
-
-    fn deliver(&self, command: Command, _: Point, conditions: &Conditions) -> Command {
-        Command {
-            angle: command.angle + self.bias.value(&conditions.session),
-            ..command
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use values::{Rig, Shape, Strike};
+    use values::{Command, Conditions, Point, Rig, Shape, Strike};
 
     use super::*;
     use crate::effects::tests::{Bench, assert_near};

@@ -1,10 +1,8 @@
 //! An arm whose direction errs in proportion to the command: delivered angle = commanded·(1 + a) + δ + b·speed.
 
-use values::{Command, Conditions, Point};
-
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, wording,
+    Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::delivering, wording,
 };
 
 /// Slopes in rad per m/s, and gains, that are worth a word.
@@ -38,10 +36,9 @@ pub const SPEC: EffectSpec = EffectSpec {
         .into()
     },
     build: |values, _| {
-        Box::new(StrikerAngleError {
-            gain: values.get("gain"),
-            bias: values.get("bias"),
-            slope: values.get("slope"),
+        let [gain, bias, slope] = ["gain", "bias", "slope"].map(|name| values.get(name));
+        delivering(move |command, _, _| {
+            command.turned(gain * command.angle + bias + slope * command.speed)
         })
     },
     statement: |values| {
@@ -70,26 +67,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         text
     },
 };
-
-struct StrikerAngleError {
-    gain: f64,
-    bias: f64,
-    slope: f64,
-}
-
-impl Effect for StrikerAngleError {
-    fn acts(&self) -> Acts {
-        Acts::Launch
-    }
-
-    fn deliver(&self, command: Command, _: Point, _: &Conditions) -> Command {
-        let by = self.gain * command.angle + self.bias + self.slope * command.speed;
-        Command {
-            angle: command.angle + by,
-            ..command
-        }
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -3,11 +3,11 @@
 //! d is the start's place from the middle of the starts, q the same as reach and arc about the arm's base, φ the bearing there: an arm's
 //! errors bend with how far it reaches, and a base joint's gear that is not round adds a wave w over the bearing.
 
-use values::{Command, Conditions, Point};
+use values::{Command, Point};
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters, parameters::centre, wording,
+    Column, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin, Parameters,
+    formula::delivering, parameters::centre, wording,
 };
 
 /// Least share of its speed that an arm delivers.
@@ -66,14 +66,22 @@ pub const SPEC: EffectSpec = EffectSpec {
     starts,
     build: |values, rig| {
         let of = |names: [&str; 5]| Form(names.map(|name| values.get(name)));
-        Box::new(StrikerErrorByPlace {
-            speed: of(["speed_x", "speed_y", "speed_rr", "speed_rb", "speed_bb"]),
-            angle: of(["angle_x", "angle_y", "angle_rr", "angle_rb", "angle_bb"]),
-            gain: values.get("gain"),
-            bias: values.get("bias"),
-            wave: ["angle_sin", "angle_cos", "angle_period"].map(|name| values.get(name)),
-            centre: Point::new(values.get("center_x"), values.get("center_y")),
-            base: rig.robot.base.unwrap_or_default(),
+        let speed = of(["speed_x", "speed_y", "speed_rr", "speed_rb", "speed_bb"]);
+        let angle = of(["angle_x", "angle_y", "angle_rr", "angle_rb", "angle_bb"]);
+        let (gain, bias) = (values.get("gain"), values.get("bias"));
+        let [sin, cos, period] =
+            ["angle_sin", "angle_cos", "angle_period"].map(|name| values.get(name));
+        let (centre, base) = (values.centre(), rig.robot.base.unwrap_or_default());
+        delivering(move |command, from, _| {
+            let place = from - centre;
+            let polar = polar(from, centre, base);
+            let turn = polar.y / centre.distance(base).max(1e-9);
+            let phase = std::f64::consts::TAU * turn / period;
+            let wave = sin * phase.sin() + cos * phase.cos();
+            Command::new(
+                command.speed * (1.0 + gain + speed.at(place, polar)).max(LEAST_FACTOR),
+                command.angle + bias + angle.at(place, polar) + wave,
+            )
         })
     },
     statement: |values| {
@@ -204,36 +212,6 @@ impl Form {
     fn at(&self, Point { x, y }: Point, Point { x: r, y: b }: Point) -> f64 {
         let terms = [x, y, r * r, r * b, b * b];
         self.0.iter().zip(terms).map(|(by, term)| by * term).sum()
-    }
-}
-
-struct StrikerErrorByPlace {
-    speed: Form,
-    angle: Form,
-    wave: [f64; 3],
-    gain: f64,
-    bias: f64,
-    centre: Point,
-    base: Point,
-}
-
-impl Effect for StrikerErrorByPlace {
-    fn acts(&self) -> Acts {
-        Acts::Launch
-    }
-
-    fn deliver(&self, command: Command, from: Point, _: &Conditions) -> Command {
-        let place = from - self.centre;
-        let polar = polar(from, self.centre, self.base);
-        let [sin, cos, period] = self.wave;
-        let turn = polar.y / self.centre.distance(self.base).max(1e-9);
-        let phase = std::f64::consts::TAU * turn / period;
-        let wave = sin * phase.sin() + cos * phase.cos();
-        Command {
-            speed: command.speed
-                * (1.0 + self.gain + self.speed.at(place, polar)).max(LEAST_FACTOR),
-            angle: command.angle + self.bias + self.angle.at(place, polar) + wave,
-        }
     }
 }
 

@@ -3,11 +3,11 @@
 //! An arm may come near its cap smoothly: u/(1 + (u/cap)^(1/s))^s, u = a + b·commanded, s its softness. That is min(u, cap)
 //! for s = 0, and cap·tanh(u/cap) to 3 % for s = 0.37.
 
-use values::{Command, Conditions, Point};
+use values::Command;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming,
-    Origin, Parameters,
+    Column, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin, Parameters,
+    formula::delivering,
 };
 
 /// The greatest cap, in m/s, means none.
@@ -45,11 +45,11 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "gain, offset and saturation of a speed-controlled axis",
     starts: caps_and_offsets,
     build: |values, _| {
-        Box::new(StrikerSpeedError {
-            offset: values.get("offset"),
-            slope: values.get("slope"),
-            cap: values.get("cap"),
-            softness: values.get("softness"),
+        let [offset, slope, cap, softness] =
+            ["offset", "slope", "cap", "softness"].map(|name| values.get(name));
+        delivering(move |command, _, _| Command {
+            speed: capped(offset + slope * command.speed, cap, softness),
+            ..command
         })
     },
     statement: |values| {
@@ -82,36 +82,14 @@ pub const SPEC: EffectSpec = EffectSpec {
     },
 };
 
-struct StrikerSpeedError {
-    offset: f64,
-    slope: f64,
-    cap: f64,
-    softness: f64,
-}
-
-impl StrikerSpeedError {
-    fn capped(&self, speed: f64) -> f64 {
-        if self.cap >= NO_CAP || speed <= 0.0 || self.softness < HARD {
-            return speed.min(self.cap);
-        }
-        // In logarithms, for the power may be any.
-        let over = (speed / self.cap).ln() / self.softness;
-        let softplus = over.max(0.0) + (-over.abs()).exp().ln_1p();
-        speed * (-self.softness * softplus).exp()
+fn capped(speed: f64, cap: f64, softness: f64) -> f64 {
+    if cap >= NO_CAP || speed <= 0.0 || softness < HARD {
+        return speed.min(cap);
     }
-}
-
-impl Effect for StrikerSpeedError {
-    fn acts(&self) -> Acts {
-        Acts::Launch
-    }
-
-    fn deliver(&self, command: Command, _: Point, _: &Conditions) -> Command {
-        Command {
-            speed: self.capped(self.offset + self.slope * command.speed),
-            ..command
-        }
-    }
+    // In logarithms, for the power may be any.
+    let over = (speed / cap).ln() / softness;
+    let softplus = over.max(0.0) + (-over.abs()).exp().ln_1p();
+    speed * (-softness * softplus).exp()
 }
 
 /// The slope is restitution's by another name: a fit starts from a cap, an offset, or both.
@@ -156,15 +134,7 @@ mod tests {
     }
     #[test]
     fn a_soft_cap_is_nearly_a_tanh_and_a_hard_one_its_limit() {
-        let delivered = |softness: f64, commanded: f64| {
-            let effect = super::StrikerSpeedError {
-                offset: 0.0,
-                slope: 1.0,
-                cap: 1.5,
-                softness,
-            };
-            effect.capped(commanded)
-        };
+        let delivered = |softness: f64, commanded: f64| super::capped(commanded, 1.5, softness);
         for i in 1..40 {
             let commanded = 0.1 * f64::from(i);
             let tanh = 1.5 * (commanded / 1.5).tanh();

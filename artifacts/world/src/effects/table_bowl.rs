@@ -5,8 +5,8 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, Slide, wording,
+    Acts, Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::forcing, wording,
 };
 use crate::GRAVITY;
 
@@ -58,10 +58,13 @@ pub const SPEC: EffectSpec = EffectSpec {
     build: |values, _| {
         let [mean, stretch, twist] =
             ["curvature", "stretch", "twist"].map(|name| GRAVITY * values.get(name));
-        Box::new(TableBowl {
-            along_x: Point::new(mean + stretch, twist),
-            along_y: Point::new(twist, mean - stretch),
-            centre: Point::new(values.get("center_x"), values.get("center_y")),
+        // Rows of g·K in 1/s².
+        let along_x = Point::new(mean + stretch, twist);
+        let along_y = Point::new(twist, mean - stretch);
+        let centre = values.centre();
+        forcing(Acts::Slide, move |slide| {
+            let back = centre - slide.position;
+            Point::new(along_x.dot(back), along_y.dot(back))
         })
     },
     statement: |values| {
@@ -96,24 +99,6 @@ pub const SPEC: EffectSpec = EffectSpec {
 
 /// Difference of curvatures over their mean below which a statement calls a bowl round.
 const LEAST_UNEQUAL: f64 = 0.02;
-
-struct TableBowl {
-    /// Rows of g·K in 1/s².
-    along_x: Point,
-    along_y: Point,
-    centre: Point,
-}
-
-impl Effect for TableBowl {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        let back = self.centre - slide.position;
-        Point::new(self.along_x.dot(back), self.along_y.dot(back))
-    }
-}
 
 /// A sum of paraboloids is one: of round ones wherever they are, and of unequal ones about the origin.
 fn one_bowl(start: &FitStart, coefficients: &[f64]) -> Vec<(String, f64)> {

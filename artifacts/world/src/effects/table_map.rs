@@ -5,9 +5,8 @@
 use values::Point;
 
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, Naming, Origin, Parameters, Slide,
-    field::{Field, Nodes},
-    wording,
+    EffectParameter, EffectSpec, Family, Naming, Origin, Parameters, field::Nodes,
+    formula::forcing_within, wording,
 };
 use crate::GRAVITY;
 
@@ -29,7 +28,14 @@ pub const SPEC: EffectSpec = EffectSpec {
     naming: Naming::InPlace,
     source: "weight on a surface of any shape, its slope small; Gaussian radial basis with a ridge",
     starts: |experiment| NODES.starts(experiment, 0.0005),
-    build: |values, _| Box::new(TableMap(NODES.field(values))),
+    build: |values, _| {
+        let map = NODES.field(values);
+        let stretch = map.stretch();
+        forcing_within(
+            move |slide| map.at(slide.position).1 * -GRAVITY,
+            move |_| stretch,
+        )
+    },
     statement: |values| {
         let map = NODES.field(values);
         let slopes = map.places().map(|place| (place, map.at(place).1 * -1.0));
@@ -48,22 +54,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct TableMap(Field);
-
-impl Effect for TableMap {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        self.0.at(slide.position).1 * -GRAVITY
-    }
-
-    fn stretch(&self, _: Point) -> f64 {
-        self.0.stretch()
-    }
-}
 
 #[cfg(test)]
 mod tests {

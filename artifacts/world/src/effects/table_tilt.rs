@@ -3,8 +3,8 @@
 use values::Point;
 
 use super::{
-    Acts, Column, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin,
-    Parameters, Slide, wording,
+    Acts, Column, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::forcing, wording,
 };
 use crate::GRAVITY;
 
@@ -28,10 +28,9 @@ pub const SPEC: EffectSpec = EffectSpec {
         vec![FitStart::new(columns, &["tilt_x", "tilt_y"])]
     },
     build: |values, _| {
-        Box::new(TableTilt {
-            acceleration: Point::new(values.get("tilt_x").sin(), values.get("tilt_y").sin())
-                * GRAVITY,
-        })
+        let [x, y] = ["tilt_x", "tilt_y"].map(|name| values.get(name).sin());
+        let acceleration = Point::new(x, y) * GRAVITY;
+        forcing(Acts::Strike, move |_| acceleration)
     },
     statement: |values| {
         let down = Point::new(values.get("tilt_x"), values.get("tilt_y"));
@@ -42,20 +41,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct TableTilt {
-    acceleration: Point,
-}
-
-impl Effect for TableTilt {
-    fn acts(&self) -> Acts {
-        Acts::Strike
-    }
-
-    fn acceleration(&self, _: &Slide<'_>) -> Point {
-        self.acceleration
-    }
-}
 
 #[cfg(test)]
 mod tests {

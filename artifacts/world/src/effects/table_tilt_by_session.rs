@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use values::Point;
 
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin,
-    Parameters, Slide, Values, wording,
+    Acts, EffectParameter, EffectSpec, Experiment, Family, FitStart, Naming, Origin, Parameters,
+    Values, formula::forcing, wording,
 };
 use crate::GRAVITY;
 
@@ -33,9 +33,10 @@ pub const SPEC: EffectSpec = EffectSpec {
         let sum = slopes
             .values()
             .fold(Point::default(), |sum, slope| sum + *slope);
-        Box::new(TableTiltBySession {
-            unknown: sum * (1.0 / slopes.len().max(1) as f64),
-            slopes,
+        let unknown = sum * (1.0 / slopes.len().max(1) as f64);
+        forcing(Acts::Strike, move |slide| {
+            let slope = slopes.get(&slide.conditions.session).unwrap_or(&unknown);
+            Point::new(slope.x.sin(), slope.y.sin()) * GRAVITY
         })
     },
     statement: |values| {
@@ -82,23 +83,6 @@ fn sessions(experiment: &Experiment<'_>) -> Vec<FitStart> {
         .collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     FitStart::each(&names, 0.002)
-}
-
-struct TableTiltBySession {
-    slopes: BTreeMap<String, Point>,
-    unknown: Point,
-}
-
-impl Effect for TableTiltBySession {
-    fn acts(&self) -> Acts {
-        Acts::Strike
-    }
-
-    fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        let slope = self.slopes.get(&slide.conditions.session);
-        let slope = slope.unwrap_or(&self.unknown);
-        Point::new(slope.x.sin(), slope.y.sin()) * GRAVITY
-    }
 }
 
 #[cfg(test)]

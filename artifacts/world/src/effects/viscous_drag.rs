@@ -1,9 +1,8 @@
 //! Drag that grows with speed: a = −c·v, as from a film of fluid or of dust under the object.
 
-use values::Point;
-
 use super::{
-    Acts, Effect, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters, Slide,
+    Acts, EffectParameter, EffectSpec, Family, FitStart, Naming, Origin, Parameters,
+    formula::forcing,
 };
 
 /// Greatest rate in 1/s: a third of the speed is lost in a frame or two. A drag that drives the object on is not looked for.
@@ -21,9 +20,8 @@ pub const SPEC: EffectSpec = EffectSpec {
     source: "viscous term of the Stribeck friction model (Armstrong-Hélouvry et al. 1994)",
     starts: |_| FitStart::linear_up_to(("rate", 0.05), MOST),
     build: |values, _| {
-        Box::new(ViscousDrag {
-            rate: values.get("rate"),
-        })
+        let rate = values.get("rate");
+        forcing(Acts::Slide, move |slide| slide.velocity * -rate)
     },
     statement: |values| {
         format!(
@@ -32,20 +30,6 @@ pub const SPEC: EffectSpec = EffectSpec {
         )
     },
 };
-
-struct ViscousDrag {
-    rate: f64,
-}
-
-impl Effect for ViscousDrag {
-    fn acts(&self) -> Acts {
-        Acts::Slide
-    }
-
-    fn acceleration(&self, slide: &Slide<'_>) -> Point {
-        slide.velocity * -self.rate
-    }
-}
 
 #[cfg(test)]
 mod tests {

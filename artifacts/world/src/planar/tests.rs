@@ -39,14 +39,13 @@ fn strikes(rig: &Rig) -> Vec<Strike> {
 }
 
 /// Greatest distance in m between the planar slide and MuJoCo's, over all frames and stops.
-fn apart(shape: Shape, hidden: Option<(&str, &[(&str, f64)])>) -> f64 {
+fn apart(shape: Shape, hidden: Option<&AddedEffect>) -> f64 {
     let rig = Rig::demo(shape);
     let world = World::nominal()
         .with("friction", 0.22)
         .with("restitution", 0.5);
     let mut with = world.clone();
-    with.effects
-        .extend(hidden.map(|(name, parameters)| AddedEffect::fixed(name, parameters)));
+    with.effects.extend(hidden.cloned());
     let effects: Vec<_> = with
         .effects
         .iter()
@@ -87,15 +86,12 @@ fn finely(mut object: Sliding<'_>) -> Frames {
     object.ended().expect("rests")
 }
 
-const CASES: [(&str, &[(&str, f64)]); 5] = [
-    ("speed_weakening_friction", &[("rise", 0.3), ("speed", 0.3)]),
-    ("anisotropic_friction", &[("contrast", 0.1)]),
-    (
-        "friction_patch",
-        &[("center_x", 0.5), ("change", 0.5), ("radius", 0.04)],
-    ),
-    ("table_bowl", &[("curvature", 0.04), ("center_x", 0.4)]),
-    ("off_centre_contact", &[("offset", 0.004)]),
+const CASES: [&str; 5] = [
+    "speed_weakening_friction: rise = 0.3, speed = 0.3",
+    "anisotropic_friction: contrast = 0.1",
+    "friction_patch: center_x = 0.5, change = 0.5, radius = 0.04",
+    "table_bowl: curvature = 0.04, center_x = 0.4",
+    "off_centre_contact: offset = 0.004",
 ];
 
 /// Asks of strikes in worlds with each of these effects.
@@ -106,8 +102,7 @@ fn in_each(mut ask: impl FnMut(&Rig, &AddedEffect, &Planar<'_>, &Strike, &Launch
         let strikes = strikes(&rig);
         let commanded = strikes.iter().map(Strike::commanded);
         let launches = launches(&rig, &world, commanded).expect("a valid world");
-        for (name, parameters) in CASES {
-            let added = AddedEffect::fixed(name, parameters);
+        for added in CASES.map(AddedEffect::listed) {
             let effects = [effects::build(&added, &rig).expect("an effect")];
             let planar = Planar::new(&rig, &world, &effects).expect("known parameters");
             for (strike, launch) in strikes.iter().zip(&launches) {
@@ -282,69 +277,47 @@ fn a_strike_on_more_friction_of_its_own_is_one_in_a_world_of_more_friction() {
 
 #[test]
 fn it_follows_mujoco_whatever_the_effect() {
-    let cases: &[(&str, &[(&str, f64)])] = &[
-        ("viscous_drag", &[("rate", 0.3)]),
-        ("quadratic_drag", &[("coefficient", 0.2)]),
-        ("speed_weakening_friction", &[("rise", 0.3), ("speed", 0.3)]),
-        (
-            "anisotropic_friction",
-            &[("contrast", 0.1), ("direction", 0.5)],
-        ),
-        (
-            "friction_patch",
-            &[("center_x", 0.5), ("change", 0.3), ("radius", 0.08)],
-        ),
-        ("friction_drift", &[("rate", 0.2)]),
-        (
-            "friction_by_session",
-            &[("monday.mcap", 0.1), ("tuesday.mcap", -0.1)],
-        ),
-        ("table_tilt", &[("tilt_x", -0.004), ("tilt_y", 0.006)]),
-        ("table_bowl", &[("curvature", 0.04), ("center_x", 0.4)]),
-        ("striker_speed_error", &[("offset", -0.04), ("cap", 0.9)]),
-        ("striker_angle_bias", &[("bias", 0.03)]),
-        ("speed_dependent_restitution", &[("slope", 0.2)]),
-        ("off_centre_contact", &[("offset", 0.002)]),
-        ("camera_rotation", &[("angle", 0.02)]),
-        ("camera_distortion", &[("k1", 0.08)]),
-        (
-            "striker_angle_error",
-            &[("gain", 0.3), ("bias", 0.02), ("slope", -0.05)],
-        ),
-        (
-            "striker_angle_by_session",
-            &[("monday.mcap", 0.04), ("tuesday.mcap", 0.0)],
-        ),
-        ("restitution_drift", &[("rate", -0.3)]),
-        (
-            "friction_gradient",
-            &[("gradient_x", 0.5), ("gradient_y", -0.3)],
-        ),
-        (
-            "friction_step",
-            &[("direction", 0.4), ("offset", 0.45), ("change", 0.3)],
-        ),
-        (
-            "friction_map",
-            &[("node_6", 0.2), ("node_9", -0.2), ("low_x", 0.3)],
-        ),
-        ("camera_lean", &[("lean_x", 0.06), ("lean_y", -0.03)]),
-        ("striker_speed_error", &[("cap", 1.1), ("softness", 0.4)]),
-        ("friction_drift", &[("rate", 1.0), ("saturation", 5.0)]),
-    ];
+    let cases = [
+        "viscous_drag: rate = 0.3",
+        "quadratic_drag: coefficient = 0.2",
+        "speed_weakening_friction: rise = 0.3, speed = 0.3",
+        "anisotropic_friction: contrast = 0.1, direction = 0.5",
+        "friction_patch: center_x = 0.5, change = 0.3, radius = 0.08",
+        "friction_drift: rate = 0.2",
+        "friction_by_session: monday.mcap = 0.1, tuesday.mcap = -0.1",
+        "table_tilt: tilt_x = -0.004, tilt_y = 0.006",
+        "table_bowl: curvature = 0.04, center_x = 0.4",
+        "striker_speed_error: offset = -0.04, cap = 0.9",
+        "striker_angle_bias: bias = 0.03",
+        "speed_dependent_restitution: slope = 0.2",
+        "off_centre_contact: offset = 0.002",
+        "camera_rotation: angle = 0.02",
+        "camera_distortion: k1 = 0.08",
+        "striker_angle_error: gain = 0.3, bias = 0.02, slope = -0.05",
+        "striker_angle_by_session: monday.mcap = 0.04, tuesday.mcap = 0.0",
+        "restitution_drift: rate = -0.3",
+        "friction_gradient: gradient_x = 0.5, gradient_y = -0.3",
+        "friction_step: direction = 0.4, offset = 0.45, change = 0.3",
+        "friction_map: node_6 = 0.2, node_9 = -0.2, low_x = 0.3",
+        "camera_lean: lean_x = 0.06, lean_y = -0.03",
+        "striker_speed_error: cap = 1.1, softness = 0.4",
+        "friction_drift: rate = 1.0, saturation = 5.0",
+    ]
+    .map(AddedEffect::listed);
     let plain = apart(Shape::Cylinder, None);
     assert!(plain < 1e-4, "without effects: {plain} m");
-    for (name, parameters) in cases {
-        let apart = apart(Shape::Cylinder, Some((name, parameters)));
-        assert!(apart < 4e-4, "{name}: {apart} m");
+    for added in &cases {
+        let apart = apart(Shape::Cylinder, Some(added));
+        assert!(apart < 4e-4, "{}: {apart} m", added.name);
     }
     // An effect without a case here, at the sizes that its file states.
     for spec in effects::EFFECTS {
-        let has_case = cases.iter().any(|(name, _)| *name == spec.name);
+        let has_case = cases.iter().any(|added| added.name == spec.name);
         if let (false, effects::Parameters::Listed(listed)) = (has_case, spec.parameters) {
             let usual = |p: &effects::EffectParameter| (p.name, (p.neutral + p.scale).min(p.high));
             let usual: Vec<(&str, f64)> = listed.iter().map(usual).collect();
-            let apart = apart(Shape::Cylinder, Some((spec.name, &usual)));
+            let added = AddedEffect::fixed(spec.name, &usual);
+            let apart = apart(Shape::Cylinder, Some(&added));
             assert!(apart < 4e-4, "{}: {apart} m", spec.name);
         }
     }

@@ -1,6 +1,6 @@
 //! What comes out of a log: samples, damage, and what was in it.
 
-use values::FieldTopic;
+use values::{FieldTopic, Point};
 
 use crate::More;
 
@@ -13,6 +13,13 @@ pub struct Sample {
     pub x: f64,
     /// Second coordinate, in the message's unit.
     pub y: f64,
+}
+
+impl Sample {
+    /// The coordinates of a place or a velocity, at a stamp in nanoseconds.
+    pub const fn at(stamp: i64, Point { x, y }: Point) -> Self {
+        Self { stamp, x, y }
+    }
 }
 
 /// What comes out of a log, in the order of the file.

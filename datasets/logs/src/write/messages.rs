@@ -1,5 +1,7 @@
 //! The ROS 2 messages that a strike and its pictures leave in CDR, with the schema text that rosbag2 would embed.
 
+use values::Point;
+
 /// The frame that every stamp's header names.
 const FRAME: &str = "table";
 /// The frame of the tip in `nav_msgs/msg/Odometry`.
@@ -212,6 +214,13 @@ pub struct Stamped {
     pub x: f64,
     /// Along y: metres for a position, m/s for a velocity.
     pub y: f64,
+}
+
+impl Stamped {
+    /// The coordinates of a place or a velocity, at a stamp in nanoseconds.
+    pub const fn at(stamp: u64, Point { x, y }: Point) -> Self {
+        Self { stamp, x, y }
+    }
 }
 
 /// Measured pose and velocity of the striker's tip.

@@ -277,10 +277,11 @@ fn messages_that_rosbag2_packed_one_by_one_are_read_as_if_they_were_plain() {
     let folder = tempfile::tempdir().expect("a folder");
     let [plain, packed] = ["plain.mcap", "packed.mcap"].map(|name| folder.path().join(name));
     let topics = values::Topics::default();
-    let at = |i: u64| Stamped {
-        stamp: 1_700_000_000_000_000_000 + i * 10_000_000,
-        x: 0.3 + 0.001 * i as f64,
-        y: -0.1,
+    let at = |i: u64| {
+        Stamped::at(
+            1_700_000_000_000_000_000 + i * 10_000_000,
+            values::Point::new(0.3 + 0.001 * i as f64, -0.1),
+        )
     };
     let samples = Samples {
         centroids: (0..20).map(at).collect(),

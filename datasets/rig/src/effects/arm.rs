@@ -12,9 +12,7 @@ declare! {
         /// One over the highest speed, in s/m.
         saturation: 0.9, "s/m", Some(0.0);
     }
-}
 
-impl Acts for TanhSpeed {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let reach = self.saturation * command.speed;
         let share = if reach.abs() < 1e-6 {
@@ -34,9 +32,7 @@ declare! {
         /// How sharp the bend is.
         sharpness: 5.0, "1", None;
     }
-}
 
-impl Acts for RoundedSpeed {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let bend = 1.0 + (self.saturation.abs() * command.speed).powf(self.sharpness);
         Command::new(
@@ -57,15 +53,13 @@ declare! {
         /// For each rad³ of angle, in 1/rad².
         bend: 0.0, "1/rad2", Some(0.0);
     }
-}
 
-impl Acts for StrikerAngleError {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let error = self.gain * command.angle
             + self.bias
             + self.slope * command.speed
             + self.bend * command.angle.powi(3);
-        Command::new(command.speed, command.angle + error)
+        command.turned(error)
     }
 }
 
@@ -76,14 +70,9 @@ declare! {
         /// Angle over which it turns over, in rad.
         width: 0.3, "rad", None;
     }
-}
 
-impl Acts for AngleBacklash {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
-        Command::new(
-            command.speed,
-            command.angle + self.play * (command.angle / self.width).tanh(),
-        )
+        command.turned(self.play * (command.angle / self.width).tanh())
     }
 }
 

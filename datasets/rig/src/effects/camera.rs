@@ -12,9 +12,7 @@ declare! {
         /// Counter-clockwise turn of what it reports, in rad.
         angle: 0.015, "rad", Some(0.0);
     }
-}
 
-impl Acts for CameraRotation {
     fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         centre + (at - centre).rotated(self.angle)
     }
@@ -26,9 +24,7 @@ declare! {
         /// In 1/m².
         k1: 0.08, "1/m2", Some(0.0);
     }
-}
 
-impl Acts for CameraDistortion {
     fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         let arm = at - centre;
         centre + arm * (1.0 / (1.0 - self.k1 * arm.dot(arm)).max(0.1))
@@ -44,9 +40,7 @@ declare! {
         /// Distance from the camera to the table, in m.
         height: 1.2, "m", None;
     }
-}
 
-impl Acts for CameraLean {
     fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         let arm = (at - centre).rotated(-self.bearing);
         // Depth along the optical axis: what lies farther is seen smaller, and foreshortened along the lean.
@@ -66,9 +60,7 @@ declare! {
         p1: 0.003, "1/m", Some(0.0);
         p2: -0.002, "1/m", Some(0.0);
     }
-}
 
-impl Acts for BrownLens {
     fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         let arm = at - centre;
         let square = arm.dot(arm);
@@ -91,9 +83,7 @@ declare! {
         /// From the camera's centre to the lens's, in m.
         off_y: -0.08, "m", None;
     }
-}
 
-impl Acts for OffCentreLens {
     fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         let middle = centre + Point::new(self.off_x, self.off_y);
         let arm = at - middle;
@@ -107,9 +97,7 @@ declare! {
         /// Share by which lengths are too long.
         excess: 0.03, "1", Some(0.0);
     }
-}
 
-impl Acts for CameraScale {
     fn see(&self, at: Point, centre: Point, _when: StrikeIndex) -> Point {
         centre + (at - centre) * (1.0 + self.excess)
     }

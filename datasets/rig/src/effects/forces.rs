@@ -10,9 +10,7 @@ declare! {
     ViscousDrag = "viscous_drag" {
         c: 0.5, "1/s", Some(0.0);
     }
-}
 
-impl Acts for ViscousDrag {
     fn acceleration(&self, _at: Point, velocity: Point, _time: f64) -> Point {
         velocity * -self.c
     }
@@ -26,9 +24,7 @@ declare! {
     QuadraticDrag = "quadratic_drag" {
         k: 0.6, "1/m", Some(0.0);
     }
-}
 
-impl Acts for QuadraticDrag {
     fn acceleration(&self, _at: Point, velocity: Point, _time: f64) -> Point {
         velocity * (-self.k * velocity.norm())
     }
@@ -42,9 +38,7 @@ declare! {
         /// Downhill towards +y, in rad.
         t_y: 0.006, "rad", Some(0.0);
     }
-}
 
-impl Acts for TableTilt {
     fn acceleration(&self, _at: Point, _velocity: Point, _time: f64) -> Point {
         Point::new(self.t_x.sin(), self.t_y.sin()) * GRAVITY
     }
@@ -58,9 +52,7 @@ declare! {
         center_x: 0.45, "m", None;
         center_y: 0.0, "m", None;
     }
-}
 
-impl Acts for TableBowl {
     fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
         let slope = (at - Point::new(self.center_x, self.center_y)) * self.kappa;
         slope * (-GRAVITY / (1.0 + slope.dot(slope)).sqrt())

@@ -16,9 +16,7 @@ declare! {
         acceleration: 1.2, "m/s2", Some(0.0);
         bearing: 1.2, "rad", None;
     }
-}
 
-impl Acts for AirJet {
     fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
         let distance = at.distance(Point::new(self.center_x, self.center_y)) / self.radius;
         Point::polar(
@@ -40,9 +38,7 @@ declare! {
         /// Standard deviation of its profile, in m.
         width: 0.006, "m", None;
     }
-}
 
-impl Acts for StickyLine {
     fn acceleration(&self, at: Point, velocity: Point, _time: f64) -> Point {
         let speed = velocity.norm();
         if speed < 1e-6 {
@@ -68,9 +64,7 @@ declare! {
         decay: 0.5, "s", None;
         bearing: 1.3, "rad", None;
     }
-}
 
-impl Acts for Vibration {
     fn acceleration(&self, _at: Point, _velocity: Point, time: f64) -> Point {
         let ringing =
             (std::f64::consts::TAU * self.frequency * time).cos() * (-time / self.decay).exp();

@@ -16,9 +16,7 @@ declare! {
         /// 2 is the usual Stribeck curve.
         exponent: 1.5, "1", None;
     }
-}
 
-impl Acts for SpeedWeakeningFriction {
     fn is_local(&self) -> bool {
         true
     }
@@ -37,9 +35,7 @@ declare! {
         /// Bearing of the grain, in rad.
         direction: 0.5, "rad", None;
     }
-}
 
-impl Acts for AnisotropicFriction {
     fn grain(&self) -> Option<(f64, [f64; 2])> {
         Some((
             self.direction,
@@ -47,6 +43,9 @@ impl Acts for AnisotropicFriction {
         ))
     }
 }
+
+/// Beyond this many edge widths a patch is all or nothing (to 1e-4).
+const PATCH_EDGES: f64 = 5.0;
 
 declare! {
     /// A patch of the table with another friction: an ellipse whose edge is soft.
@@ -61,14 +60,7 @@ declare! {
         stretch: 1.3, "1", None;
         edge: 0.012, "m", None;
     }
-}
 
-impl FrictionPatch {
-    /// Beyond this many edge widths the patch is all or nothing (to 1e-4).
-    const EDGES: f64 = 5.0;
-}
-
-impl Acts for FrictionPatch {
     fn is_local(&self) -> bool {
         true
     }
@@ -79,7 +71,7 @@ impl Acts for FrictionPatch {
             (at.y - self.center_y) / stretch,
         );
         let outside = ((x * x + y * y).sqrt() - self.radius) / self.edge.max(1e-4);
-        if outside > Self::EDGES {
+        if outside > PATCH_EDGES {
             1.0
         } else {
             1.0 + self.change / (1.0 + (2.0 * outside).exp())
@@ -98,9 +90,7 @@ declare! {
         /// Number of strikes.
         over: 120.0, "1", None;
     }
-}
 
-impl Acts for FrictionDrift {
     fn strike_friction(&self, index: StrikeIndex) -> f64 {
         let settled = 1.0 - (-(index.order as f64) / self.over).exp();
         1.0 + self.change * settled / (1.0 - (-1f64).exp())
@@ -113,9 +103,7 @@ declare! {
         /// Relative size of the differences.
         spread: 0.12, "1", Some(0.0);
     }
-}
 
-impl Acts for FrictionBySession {
     fn strike_friction(&self, index: StrikeIndex) -> f64 {
         // Steps of the golden ratio visit [−1, 1] without a pattern; the first sessions are 1, −0.36, −0.74, 0.90.
         let golden = (5f64.sqrt() - 1.0) / 2.0;

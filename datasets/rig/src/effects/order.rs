@@ -19,9 +19,7 @@ declare! {
         /// The first strike on the new sheet.
         from: 50.0, "1", None;
     }
-}
 
-impl Acts for FrictionChange {
     fn strike_friction(&self, index: StrikeIndex) -> f64 {
         if (index.order as f64) < self.from {
             1.0
@@ -41,9 +39,7 @@ declare! {
         /// Strikes in which it falls to 1/e.
         over: 25.0, "1", None;
     }
-}
 
-impl Acts for SandedTable {
     fn strike_friction(&self, index: StrikeIndex) -> f64 {
         let strikes = index.order as f64 - self.from;
         if strikes < 0.0 {
@@ -64,9 +60,7 @@ declare! {
         /// Phase of the first strike, in rad.
         phase: 0.0, "rad", None;
     }
-}
 
-impl Acts for FrictionCycle {
     fn strike_friction(&self, index: StrikeIndex) -> f64 {
         let turn = std::f64::consts::TAU * index.order as f64 / self.period + self.phase;
         1.0 + self.amplitude * turn.sin()
@@ -81,9 +75,7 @@ declare! {
         /// Strikes from one wiping to the next.
         every: 25.0, "1", None;
     }
-}
 
-impl Acts for WipedTable {
     fn strike_friction(&self, index: StrikeIndex) -> f64 {
         (1.0 + self.change * since(index, self.every) / self.every).max(0.1)
     }
@@ -99,9 +91,7 @@ declare! {
         /// Strikes a session.
         every: 25.0, "1", None;
     }
-}
 
-impl Acts for WarmingArm {
     fn deliver(&self, command: Command, _from: Point, index: StrikeIndex) -> Command {
         let off = self.change * (-since(index, self.every) / self.over).exp();
         Command::new(command.speed * (1.0 + off), command.angle)
@@ -118,9 +108,7 @@ declare! {
         /// The first strike after it.
         from: 50.0, "1", None;
     }
-}
 
-impl Acts for PushedCamera {
     fn see(&self, at: Point, centre: Point, index: StrikeIndex) -> Point {
         if (index.order as f64) < self.from {
             return at;

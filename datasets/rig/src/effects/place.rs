@@ -22,9 +22,7 @@ declare! {
         change: 0.35, "1", Some(0.0);
         edge: 0.006, "m", None;
     }
-}
 
-impl Acts for RectangularPatch {
     fn is_local(&self) -> bool {
         true
     }
@@ -39,25 +37,21 @@ impl Acts for RectangularPatch {
     }
 }
 
+/// Where a gradient leaves friction as the rig's own: the middle of the demo's strikes, in m.
+const MIDDLE: Point = Point { x: 0.45, y: 0.0 };
+
 declare! {
     /// Friction grows by the same factor over each metre of the table: exp(g·(p − p₀)).
     FrictionGradient = "friction_gradient" {
         g_x: 0.15, "1/m", Some(0.0);
         g_y: 0.25, "1/m", Some(0.0);
     }
-}
 
-impl FrictionGradient {
-    /// Where friction is the rig's own: the middle of the demo's strikes, in m.
-    const MIDDLE: Point = Point { x: 0.45, y: 0.0 };
-}
-
-impl Acts for FrictionGradient {
     fn is_local(&self) -> bool {
         true
     }
     fn local_friction(&self, at: Point, _speed: f64) -> f64 {
-        Point::new(self.g_x, self.g_y).dot(at - Self::MIDDLE).exp()
+        Point::new(self.g_x, self.g_y).dot(at - MIDDLE).exp()
     }
 }
 
@@ -74,9 +68,7 @@ declare! {
         change: 0.2, "1", Some(0.0);
         edge: 0.005, "m", None;
     }
-}
 
-impl Acts for FrictionStep {
     fn is_local(&self) -> bool {
         true
     }
@@ -87,18 +79,6 @@ impl Acts for FrictionStep {
     }
     fn grain_size(&self) -> f64 {
         self.edge.max(0.004)
-    }
-}
-
-declare! {
-    /// Friction varies smoothly over the whole table: a factor exp(amplitude·f), with f a random field of unit variance.
-    FrictionMap = "friction_map" {
-        /// Standard deviation of the logarithm of friction.
-        amplitude: 0.12, "1", Some(0.0);
-        /// Length over which it changes, in m.
-        length: 0.18, "m", None;
-        /// Which field, any number.
-        seed: 1.0, "1", None;
     }
 }
 
@@ -122,7 +102,17 @@ pub(super) fn waves(seed: f64) -> impl Iterator<Item = (Point, f64, f64)> {
     })
 }
 
-impl Acts for FrictionMap {
+declare! {
+    /// Friction varies smoothly over the whole table: a factor exp(amplitude·f), with f a random field of unit variance.
+    FrictionMap = "friction_map" {
+        /// Standard deviation of the logarithm of friction.
+        amplitude: 0.12, "1", Some(0.0);
+        /// Length over which it changes, in m.
+        length: 0.18, "m", None;
+        /// Which field, any number.
+        seed: 1.0, "1", None;
+    }
+
     fn is_local(&self) -> bool {
         true
     }

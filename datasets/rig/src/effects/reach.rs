@@ -21,9 +21,7 @@ declare! {
         /// Heading for each metre along y, in rad/m.
         angle_y: 0.2, "rad/m", Some(0.0);
     }
-}
 
-impl Acts for StrikerErrorByPlace {
     fn deliver(&self, command: Command, from: Point, _when: StrikeIndex) -> Command {
         let arm = from - MIDDLE;
         Command::new(
@@ -41,9 +39,7 @@ declare! {
         /// The reach at which it is as fast as commanded, in m from its base.
         best: 0.30, "m", None;
     }
-}
 
-impl Acts for SpeedByReach {
     fn deliver(&self, command: Command, from: Point, _when: StrikeIndex) -> Command {
         let off = (from.norm() - self.best) / 0.1;
         Command::new(
@@ -62,12 +58,10 @@ declare! {
         /// Phase straight ahead, in rad.
         phase: 0.5, "rad", None;
     }
-}
 
-impl Acts for HeadingByBearing {
     fn deliver(&self, command: Command, from: Point, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * from.bearing() / self.period + self.phase).sin();
-        Command::new(command.speed, command.angle + self.amplitude * wave)
+        command.turned(self.amplitude * wave)
     }
 }
 

@@ -14,9 +14,7 @@ declare! {
         v_s: 0.35, "m/s", None;
         exponent: 2.0, "1", None;
     }
-}
 
-impl Acts for RationalStribeck {
     fn is_local(&self) -> bool {
         true
     }
@@ -24,6 +22,9 @@ impl Acts for RationalStribeck {
         1.0 + self.delta / (1.0 + (speed / self.v_s).powf(self.exponent))
     }
 }
+
+/// Below this speed friction rises no more, in m/s.
+const CREEP: f64 = 0.02;
 
 declare! {
     /// Friction falls with the logarithm of speed, as rate-and-state friction does: a factor 1 + rate·ln(v_ref/(v + 0.02 m/s)).
@@ -33,21 +34,14 @@ declare! {
         /// Speed at which friction is the rig's own, in m/s.
         v_ref: 0.6, "m/s", None;
     }
-}
 
-impl LogarithmicStribeck {
-    /// Below this speed friction rises no more, in m/s.
-    const CREEP: f64 = 0.02;
-}
-
-impl Acts for LogarithmicStribeck {
     fn is_local(&self) -> bool {
         true
     }
     fn local_friction(&self, _at: Point, speed: f64) -> f64 {
         // The integrator asks at infinite speed for friction without what depends on it.
         let speed = speed.min(10.0);
-        (1.0 + self.rate * (self.v_ref / (speed + Self::CREEP)).ln()).max(0.1)
+        (1.0 + self.rate * (self.v_ref / (speed + CREEP)).ln()).max(0.1)
     }
 }
 
@@ -59,9 +53,7 @@ declare! {
         /// Power of the speed.
         exponent: 1.5, "1", None;
     }
-}
 
-impl Acts for PowerDrag {
     fn acceleration(&self, _at: Point, velocity: Point, _time: f64) -> Point {
         let speed = velocity.norm();
         if speed < 1e-6 {
@@ -80,9 +72,7 @@ declare! {
         /// Bearing of the grain, in rad.
         direction: 0.5, "rad", None;
     }
-}
 
-impl Acts for CosineGrain {
     fn is_local(&self) -> bool {
         true
     }

@@ -17,9 +17,7 @@ declare! {
         /// Width of the bend, in m/s; at 0 a sharp `min(a + b·commanded, cap)`.
         softness: 0.01, "m/s", None;
     }
-}
 
-impl Acts for StrikerSpeedError {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let line = self.a + self.b * command.speed;
         let speed = soft_min(line, self.cap, self.softness);
@@ -42,11 +40,9 @@ declare! {
         /// Delivered less commanded angle, in rad.
         delta: 0.03, "rad", Some(0.0);
     }
-}
 
-impl Acts for StrikerAngleBias {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
-        Command::new(command.speed, command.angle + self.delta)
+        command.turned(self.delta)
     }
 }
 
@@ -58,9 +54,7 @@ declare! {
         /// Speed at which restitution is the rig's own, in m/s.
         reference: 0.7, "m/s", None;
     }
-}
 
-impl Acts for SpeedDependentRestitution {
     fn restitution(&self, speed: f64, _when: StrikeIndex) -> f64 {
         (speed / self.reference).powf(-self.exponent)
     }
@@ -72,9 +66,7 @@ declare! {
         /// To the left of the line of motion, in m.
         offset: 0.002, "m", Some(0.0);
     }
-}
 
-impl Acts for OffCentreContact {
     fn tip_offset(&self) -> f64 {
         self.offset
     }
@@ -90,9 +82,7 @@ declare! {
         /// Fall for each doubling of the fifth root.
         loss: 1.2, "1", Some(0.0);
     }
-}
 
-impl Acts for ViscoelasticRestitution {
     fn restitution(&self, speed: f64, _when: StrikeIndex) -> f64 {
         (1.0 - self.loss * ((speed / REFERENCE).powf(0.2) - 1.0)).max(0.0)
     }
@@ -104,9 +94,7 @@ declare! {
         /// In s²/m².
         loss: 0.5, "s2/m2", Some(0.0);
     }
-}
 
-impl Acts for YieldingRestitution {
     fn restitution(&self, speed: f64, _when: StrikeIndex) -> f64 {
         let at = |v: f64| (1.0 + self.loss * v * v).max(0.05);
         at(REFERENCE) / at(speed)
@@ -120,9 +108,7 @@ declare! {
         /// Number of the first strike with it.
         from: 50.0, "1", None;
     }
-}
 
-impl Acts for RestitutionStep {
     fn restitution(&self, _speed: f64, index: StrikeIndex) -> f64 {
         if (index.order as f64) < self.from {
             1.0

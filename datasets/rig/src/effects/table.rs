@@ -16,9 +16,7 @@ declare! {
         /// Slope along x that is added for each metre of y, and the other way round, in 1/m.
         warp: 0.006, "1/m", Some(0.0);
     }
-}
 
-impl Acts for WarpedTilt {
     fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
         let (x, y) = (at.x - 0.45, at.y);
         Point::new(self.t_x + self.warp * y, self.t_y + self.warp * x) * GRAVITY
@@ -36,9 +34,7 @@ declare! {
         /// Where the table is flat again, in m.
         radius: 0.7, "m", None;
     }
-}
 
-impl Acts for SineBowl {
     fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
         let arm = at - Point::new(self.center_x, self.center_y);
         let distance = arm.norm();
@@ -62,9 +58,7 @@ declare! {
         /// Bearing across the lowest line, in rad.
         bearing: 0.3, "rad", None;
     }
-}
 
-impl Acts for Trough {
     fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
         let across = Point::polar(1.0, self.bearing);
         let arm = at - Point::new(self.center_x, self.center_y);
@@ -81,9 +75,7 @@ declare! {
         /// Bearing along which it rises, in rad.
         bearing: 0.3, "rad", None;
     }
-}
 
-impl Acts for Saddle {
     fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
         let arm = (at - Point::new(self.center_x, self.center_y)).rotated(-self.bearing);
         Point::new(-arm.x, arm.y).rotated(self.bearing) * (GRAVITY * self.kappa)
@@ -100,9 +92,7 @@ declare! {
         /// Which field, any number.
         seed: 1.0, "1", None;
     }
-}
 
-impl Acts for TableMap {
     fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
         // Minus the gradient of slope·length·Σ size·cos(k·p/length + phase), times gravity.
         waves(self.seed).fold(Point::default(), |sum, (vector, phase, size)| {

@@ -16,9 +16,7 @@ declare! {
         /// The strongest pull, in m/s².
         pull: 0.9, "m/s2", Some(0.0);
     }
-}
 
-impl Acts for Magnet {
     fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
         let arm = (Point::new(self.center_x, self.center_y) - at) * (1.0 / self.depth);
         // r/(1 + r²)^(3/2) is at most 0.385, where r² is 1/2.
@@ -32,9 +30,7 @@ declare! {
     SideForce = "side_force" {
         rate: 0.35, "1/s", Some(0.0);
     }
-}
 
-impl Acts for SideForce {
     fn acceleration(&self, _at: Point, velocity: Point, _time: f64) -> Point {
         velocity.rotated(std::f64::consts::FRAC_PI_2) * self.rate
     }
@@ -48,9 +44,7 @@ declare! {
         center_x: 0.5, "m", None;
         center_y: -0.1, "m", None;
     }
-}
 
-impl Acts for Swirl {
     fn acceleration(&self, at: Point, _velocity: Point, _time: f64) -> Point {
         let arm = at - Point::new(self.center_x, self.center_y);
         arm.rotated(std::f64::consts::FRAC_PI_2) * self.rate
@@ -66,9 +60,7 @@ declare! {
         /// Time in which it falls to 1/e, in s.
         decay: 0.4, "s", None;
     }
-}
 
-impl Acts for Sloshing {
     fn acceleration(&self, _at: Point, velocity: Point, time: f64) -> Point {
         let swing =
             (std::f64::consts::TAU * self.frequency * time).cos() * (-time / self.decay).exp();
@@ -82,9 +74,7 @@ declare! {
         /// Deceleration that is added for each second, in m/s³.
         rate: 0.8, "m/s3", Some(0.0);
     }
-}
 
-impl Acts for FrictionAgeing {
     fn acceleration(&self, _at: Point, velocity: Point, time: f64) -> Point {
         let speed = velocity.norm();
         if speed < 1e-6 {
@@ -103,9 +93,7 @@ declare! {
         period: 0.22, "m/s", None;
         phase: 0.5, "rad", None;
     }
-}
 
-impl Acts for SpeedRipple {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * command.speed / self.period + self.phase).sin();
         Command::new(command.speed * (1.0 + self.amplitude * wave), command.angle)
@@ -121,12 +109,10 @@ declare! {
         /// Phase straight ahead, in rad.
         phase: 1.0, "rad", None;
     }
-}
 
-impl Acts for AngleRipple {
     fn deliver(&self, command: Command, _from: Point, _when: StrikeIndex) -> Command {
         let wave = (std::f64::consts::TAU * command.angle / self.period + self.phase).sin();
-        Command::new(command.speed, command.angle + self.amplitude * wave)
+        command.turned(self.amplitude * wave)
     }
 }
 
@@ -138,9 +124,7 @@ declare! {
         shift_x: 0.004, "m", Some(0.0);
         shift_y: 0.008, "m", Some(0.0);
     }
-}
 
-impl Acts for StitchedCameras {
     fn see(&self, at: Point, _centre: Point, _when: StrikeIndex) -> Point {
         if at.x < self.x {
             at

@@ -14,9 +14,7 @@ declare! {
         /// Number of strikes.
         over: 30.0, "1", None;
     }
-}
 
-impl Acts for RunningIn {
     fn strike_friction(&self, index: StrikeIndex) -> f64 {
         1.0 + self.change * (-(index.order as f64) / self.over).exp()
     }
@@ -30,9 +28,7 @@ declare! {
         /// Number of strikes.
         over: 120.0, "1", None;
     }
-}
 
-impl Acts for LinearWear {
     fn strike_friction(&self, index: StrikeIndex) -> f64 {
         (1.0 + self.change * index.order as f64 / self.over).max(0.1)
     }
@@ -46,9 +42,7 @@ declare! {
         /// Number of strikes.
         over: 90.0, "1", None;
     }
-}
 
-impl Acts for RestitutionDrift {
     fn restitution(&self, _speed: f64, index: StrikeIndex) -> f64 {
         let settled = 1.0 - (-(index.order as f64) / self.over).exp();
         1.0 + self.change * settled / (1.0 - (-1f64).exp())
@@ -71,9 +65,7 @@ declare! {
         /// Which series, any number.
         seed: 1.0, "1", None;
     }
-}
 
-impl Acts for FrictionOfSessions {
     fn strike_friction(&self, index: StrikeIndex) -> f64 {
         (1.0 + self.spread * of_session(self.seed, index.session)).max(0.1)
     }
@@ -87,14 +79,9 @@ declare! {
         /// Which series, any number.
         seed: 1.0, "1", None;
     }
-}
 
-impl Acts for StrikerAngleBySession {
     fn deliver(&self, command: Command, _from: Point, index: StrikeIndex) -> Command {
-        Command::new(
-            command.speed,
-            command.angle + self.spread * of_session(self.seed, index.session),
-        )
+        command.turned(self.spread * of_session(self.seed, index.session))
     }
 }
 
@@ -106,9 +93,7 @@ declare! {
         /// Which series, any number.
         seed: 2.0, "1", None;
     }
-}
 
-impl Acts for CameraAngleBySession {
     fn see(&self, at: Point, centre: Point, index: StrikeIndex) -> Point {
         centre + (at - centre).rotated(self.spread * of_session(self.seed, index.session))
     }

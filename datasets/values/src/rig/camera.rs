@@ -15,39 +15,19 @@ pub struct Camera {
     /// The point of the table it looks down on.
     pub centre: Point,
     /// Focal lengths and principal point `[fx, fy, cx, cy]` in px; pixel centres are whole numbers.
-    #[serde(
-        default,
-        deserialize_with = "exact::optional",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, with = "exact", skip_serializing_if = "Option::is_none")]
     pub matrix: Option<[f64; 4]>,
     /// Width and height in px of the images that `matrix` holds for; images of another size are refused.
-    #[serde(
-        default,
-        deserialize_with = "exact::optional",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, with = "exact", skip_serializing_if = "Option::is_none")]
     pub size: Option<[u32; 2]>,
     /// Distortion `[k1, k2, p1, p2, k3]`: `plumb_bob` of ROS and OpenCV.
-    #[serde(
-        default,
-        deserialize_with = "exact::optional",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, with = "exact", skip_serializing_if = "Option::is_none")]
     pub distortion: Option<[f64; 5]>,
     /// Place of its optical centre in the frame `table`, in m.
-    #[serde(
-        default,
-        deserialize_with = "exact::optional",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, with = "exact", skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,
     /// Orientation of its optical frame (z forward, x right, y down) in the frame `table`, as `[qx, qy, qz, qw]`.
-    #[serde(
-        default,
-        deserialize_with = "exact::optional",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, with = "exact", skip_serializing_if = "Option::is_none")]
     pub orientation: Option<[f64; 4]>,
     /// Exposure of an image, in s; none where it is not stated.
     #[serde(default, skip_serializing_if = "Option::is_none")]

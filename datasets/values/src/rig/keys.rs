@@ -7,124 +7,77 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::RigError;
 
-/// Every key of a rig file, by dotted path; a required one carries the line that would mend its absence.
-const KEYS: &[(&str, Option<&str>)] = &[
-    ("object", Some("[object]")),
+/// Every key of a rig file, by the table that holds it. The root has no name.
+const KEYS: [(&str, &str); 15] = [
+    ("", "object striker table camera robot frames topics"),
     (
-        "object.shape",
-        Some("shape = \"cylinder\"   # or \"box\", \"sphere\""),
+        "object",
+        "shape radius half_height half_size mass colour marker",
     ),
-    ("object.radius", None),
-    ("object.half_height", None),
-    ("object.half_size", None),
-    ("object.mass", Some("mass = 0.100   # kg")),
-    ("striker", Some("[striker]")),
-    ("striker.tip", Some("tip = \"sphere\"   # or \"cylinder\"")),
-    ("striker.radius", Some("radius = 0.012   # m")),
-    ("table", Some("[table]")),
-    ("table.x", Some("x = [0.10, 1.00]   # m")),
-    ("table.y", Some("y = [-0.60, 0.60]   # m")),
-    ("table.fences", None),
-    ("camera", Some("[camera]")),
-    ("camera.rate", Some("rate = 60.0   # frames per second")),
+    ("striker", "tip radius"),
+    ("table", "x y fences"),
     (
-        "camera.noise",
-        Some("noise = 0.0007   # m, standard deviation of a coordinate"),
+        "robot",
+        "speed angle acceleration base base_yaw base_height keep_out reach jerk strike_height travel_height tool_orientation tool_offset \
+         payload serial obstacles",
     ),
+    ("frames", "command mirrored camera_delay"),
+    ("topics", "centroid command state pose image"),
+    ("topics.centroid", "name stamp x y"),
+    ("topics.command", "name stamp x y"),
+    ("topics.state", "name stamp x y position_x position_y"),
+    ("topics.pose", "name stamp x y orientation"),
     (
-        "camera.centre",
-        Some("centre = [0.45, 0.0]   # m, the point it looks down on"),
+        "camera",
+        "rate noise centre matrix size distortion position orientation exposure readout stamp",
     ),
-    ("robot", Some("[robot]")),
-    ("robot.speed", Some("speed = [0.4, 1.0]   # m/s")),
-    ("robot.angle", Some("angle = [-0.80, 0.80]   # rad")),
-    ("robot.acceleration", Some("acceleration = 5.0   # m/s²")),
-    ("robot.base", None),
-    ("robot.base_yaw", None),
-    ("robot.base_height", None),
-    ("robot.keep_out", None),
-    ("robot.reach", None),
-    ("robot.jerk", None),
-    ("robot.strike_height", None),
-    ("robot.travel_height", None),
-    ("robot.tool_orientation", None),
-    ("robot.tool_offset", None),
-    ("robot.payload", None),
-    ("robot.serial", None),
-    ("robot.obstacles", None),
-    ("frames", None),
-    ("frames.command", None),
-    ("frames.mirrored", None),
-    ("frames.camera_delay", None),
-    ("topics", None),
-    ("topics.centroid", None),
-    ("topics.centroid.name", None),
-    ("topics.centroid.stamp", None),
-    ("topics.centroid.x", None),
-    ("topics.centroid.y", None),
-    ("topics.command", None),
-    ("topics.command.name", None),
-    ("topics.command.stamp", None),
-    ("topics.command.x", None),
-    ("topics.command.y", None),
-    ("topics.state", None),
-    ("topics.state.name", None),
-    ("topics.state.stamp", None),
-    ("topics.state.x", None),
-    ("topics.state.y", None),
-    ("topics.state.position_x", None),
-    ("topics.state.position_y", None),
-    ("topics.pose", None),
-    ("topics.pose.name", None),
-    ("topics.pose.stamp", None),
-    ("topics.pose.x", None),
-    ("topics.pose.y", None),
-    ("topics.pose.orientation", None),
+    ("object.colour", "hue saturation value"),
+    ("object.marker", "dictionary id size offset yaw"),
+    ("topics.image", "name stamp"),
 ];
 
-/// Keys that are needed where images are read.
-const IMAGE_KEYS: [(&str, Option<&str>); 21] = [
-    ("camera.matrix", None),
-    ("camera.size", None),
-    ("camera.distortion", None),
-    ("camera.position", None),
-    ("camera.orientation", None),
-    ("camera.exposure", None),
-    ("camera.readout", None),
-    ("camera.stamp", None),
-    ("object.colour", None),
-    (
-        "object.colour.hue",
-        Some("hue = [340.0, 20.0]   # degrees; may wrap around 360"),
-    ),
-    (
-        "object.colour.saturation",
-        Some("saturation = [0.4, 1.0]   # 0 to 1"),
-    ),
-    ("object.colour.value", Some("value = [0.2, 1.0]   # 0 to 1")),
-    ("object.marker", None),
-    (
-        "object.marker.dictionary",
-        Some("dictionary = \"DICT_APRILTAG_36h11\"   # OpenCV's name"),
-    ),
-    ("object.marker.id", Some("id = 0")),
-    (
-        "object.marker.size",
-        Some("size = 0.040   # m, side of its black square"),
-    ),
-    ("object.marker.offset", None),
-    ("object.marker.yaw", None),
-    ("topics.image", None),
-    (
-        "topics.image.name",
-        Some("name = \"/camera/image/compressed\""),
-    ),
-    ("topics.image.stamp", None),
-];
+/// Where a table is there what it must hold, as lines of the file: `TABLE: LINE`.
+const REQUIRED: &str = "\
+: [object]
+: [striker]
+: [table]
+: [camera]
+: [robot]
+object: shape = \"cylinder\"   # or \"box\", \"sphere\"
+object: mass = 0.100   # kg
+striker: tip = \"sphere\"   # or \"cylinder\"
+striker: radius = 0.012   # m
+table: x = [0.10, 1.00]   # m
+table: y = [-0.60, 0.60]   # m
+camera: rate = 60.0   # frames per second
+camera: noise = 0.0007   # m, standard deviation of a coordinate
+camera: centre = [0.45, 0.0]   # m, the point it looks down on
+robot: speed = [0.4, 1.0]   # m/s
+robot: angle = [-0.80, 0.80]   # rad
+robot: acceleration = 5.0   # m/s²
+object.colour: hue = [340.0, 20.0]   # degrees; may wrap around 360
+object.colour: saturation = [0.4, 1.0]   # 0 to 1
+object.colour: value = [0.2, 1.0]   # 0 to 1
+object.marker: dictionary = \"DICT_APRILTAG_36h11\"   # OpenCV's name
+object.marker: id = 0
+object.marker: size = 0.040   # m, side of its black square
+topics.image: name = \"/camera/image/compressed\"
+";
 
-/// All keys, those of images among them.
-fn known() -> impl Iterator<Item = &'static (&'static str, Option<&'static str>)> {
-    KEYS.iter().chain(&IMAGE_KEYS)
+/// The keys right under a table.
+fn children(table: &str) -> impl Iterator<Item = &'static str> {
+    let own = KEYS.iter().filter(move |(name, _)| *name == table);
+    own.flat_map(|(_, keys)| keys.split(' '))
+}
+
+/// Keys that a table must hold, with the lines that would mend their absence.
+fn required(table: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let lines = REQUIRED.lines().filter_map(|line| line.split_once(": "));
+    let own = lines.filter(move |(name, _)| *name == table);
+    own.map(|(_, line)| {
+        let key = line.split(" = ").next().unwrap_or(line);
+        (key.trim_matches(['[', ']']), line)
+    })
 }
 
 /// A key looks like a slip of a known one from this similarity (Jaro–Winkler) on.
@@ -141,7 +94,7 @@ pub(super) fn check(text: &str) -> Result<(), RigError> {
 fn check_table(text: &str, path: &str, table: &DeTable<'_>) -> Result<(), RigError> {
     for (key, value) in table {
         let dotted = join(path, key.get_ref());
-        if !known().any(|(known, _)| *known == dotted) {
+        if !children(path).any(|known| known == key.get_ref()) {
             return Err(RigError::UnknownKey {
                 nearest: nearest(path, key.get_ref()),
                 line: line_of(text, key.span()),
@@ -154,13 +107,11 @@ fn check_table(text: &str, path: &str, table: &DeTable<'_>) -> Result<(), RigErr
             _ => {}
         }
     }
-    for (name, mend) in children(path) {
-        if let Some(mend) = mend
-            && !table.keys().any(|key| key.get_ref() == name)
-        {
+    for (name, mend) in required(path) {
+        if !table.keys().any(|key| key.get_ref() == name) {
             return Err(RigError::MissingKey {
                 key: join(path, name),
-                mend: (*mend).into(),
+                mend: mend.into(),
             });
         }
     }
@@ -172,10 +123,9 @@ fn check_table(text: &str, path: &str, table: &DeTable<'_>) -> Result<(), RigErr
 fn check_items(text: &str, around: &str, list: &str, items: &DeArray<'_>) -> Result<(), RigError> {
     let tables = items.iter().filter_map(|item| item.get_ref().as_table());
     for key in tables.flat_map(DeTable::keys) {
-        let meant = join(around, key.get_ref());
-        if known().any(|(known, _)| *known == meant) {
+        if children(around).any(|known| known == key.get_ref()) {
             return Err(RigError::MisplacedKey {
-                key: meant,
+                key: join(around, key.get_ref()),
                 line: line_of(text, key.span()),
                 list: list.into(),
                 around: around.into(),
@@ -185,32 +135,16 @@ fn check_items(text: &str, around: &str, list: &str, items: &DeArray<'_>) -> Res
     Ok(())
 }
 
-/// Names and mending lines of the keys right under a path.
-fn children(path: &str) -> impl Iterator<Item = (&'static str, &'static Option<&'static str>)> {
-    known().filter_map(move |(known, mend)| {
-        let name = if path.is_empty() {
-            known
-        } else {
-            known.strip_prefix(path)?.strip_prefix('.')?
-        };
-        (!name.contains('.')).then_some((name, mend))
-    })
-}
-
 /// The known key most like this one: one of that very name, else a sibling where one is alike, else any whose last name is.
 fn nearest(path: &str, key: &str) -> String {
-    let best = |candidates: &mut dyn Iterator<Item = (String, &str)>| {
-        candidates
-            .map(|(dotted, name)| (strsim::jaro_winkler(name, key), dotted))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
+    let best = |tables: &mut dyn Iterator<Item = &'static str>| {
+        let all = tables.flat_map(|table| children(table).map(move |name| (table, name)));
+        let alike = all.map(|(table, name)| (strsim::jaro_winkler(name, key), join(table, name)));
+        alike.max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let sibling = best(&mut children(path).map(|(name, _)| (join(path, name), name)));
-    let anywhere = best(&mut known().map(|(known, _)| {
-        (
-            (*known).to_string(),
-            known.rsplit_once('.').map_or(*known, |(_, name)| name),
-        )
-    }));
+    let tables = || KEYS.iter().map(|(table, _)| *table);
+    let sibling = best(&mut tables().filter(|table| *table == path));
+    let anywhere = best(&mut tables());
     match (sibling, anywhere) {
         // The very name, at another place.
         (_, Some((alike, dotted))) if alike >= 1.0 => dotted,

@@ -64,9 +64,7 @@ impl Solid {
     pub fn reach(&self) -> f64 {
         match *self {
             Self::Cylinder { radius, .. } | Self::Sphere { radius } => radius,
-            Self::Box {
-                half_size: [x, y, _],
-            } => x.hypot(y),
+            Self::Box { half_size: half } => half[0].hypot(half[1]),
         }
     }
 
@@ -74,9 +72,7 @@ impl Solid {
     pub fn narrowest(&self) -> f64 {
         match *self {
             Self::Cylinder { radius, .. } | Self::Sphere { radius } => radius,
-            Self::Box {
-                half_size: [x, y, _],
-            } => x.min(y),
+            Self::Box { half_size: half } => half[0].min(half[1]),
         }
     }
 
@@ -97,9 +93,7 @@ impl Solid {
     pub fn half_height(&self) -> f64 {
         match *self {
             Self::Cylinder { half_height, .. } => half_height,
-            Self::Box {
-                half_size: [.., z], ..
-            } => z,
+            Self::Box { half_size: half } => half[2],
             Self::Sphere { radius } => radius,
         }
     }
@@ -115,41 +109,28 @@ impl Solid {
     /// Half sides along x and y, in m, of an outline with corners.
     pub fn half_sides(&self) -> Option<[f64; 2]> {
         match *self {
-            Self::Box {
-                half_size: [x, y, _],
-            } => Some([x, y]),
+            Self::Box { half_size: half } => Some([half[0], half[1]]),
             Self::Cylinder { .. } | Self::Sphere { .. } => None,
         }
     }
 
     /// The least turn, in rad, after which it looks the same from above; none for what is round.
     pub fn period(&self) -> Option<f64> {
-        match *self {
-            Self::Box {
-                half_size: [x, y, _],
-            } => Some(if x == y { FRAC_PI_2 } else { PI }),
-            Self::Cylinder { .. } | Self::Sphere { .. } => None,
-        }
+        let [x, y] = self.half_sides()?;
+        Some(if x == y { FRAC_PI_2 } else { PI })
     }
 
     /// This solid with all sizes times `factor`.
     #[must_use]
-    pub fn scaled(self, factor: f64) -> Self {
-        match self {
-            Self::Cylinder {
-                radius,
-                half_height,
-            } => Self::Cylinder {
-                radius: radius * factor,
-                half_height: half_height * factor,
-            },
-            Self::Box { half_size } => Self::Box {
-                half_size: half_size.map(|size| size * factor),
-            },
-            Self::Sphere { radius } => Self::Sphere {
-                radius: radius * factor,
-            },
+    pub fn scaled(mut self, factor: f64) -> Self {
+        match &mut self {
+            Self::Cylinder { radius, .. } | Self::Sphere { radius } => *radius *= factor,
+            Self::Box { half_size } => *half_size = half_size.map(|size| size * factor),
         }
+        if let Self::Cylinder { half_height, .. } = &mut self {
+            *half_height *= factor;
+        }
+        self
     }
 }
 
@@ -162,11 +143,7 @@ struct Stated {
     radius: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     half_height: Option<f64>,
-    #[serde(
-        default,
-        deserialize_with = "exact::optional",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, with = "exact", skip_serializing_if = "Option::is_none")]
     half_size: Option<[f64; 3]>,
     mass: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]

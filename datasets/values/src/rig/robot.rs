@@ -41,18 +41,10 @@ pub struct Robot {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub travel_height: Option<f64>,
     /// Roll, pitch and yaw of the tool while it strikes, in rad.
-    #[serde(
-        default,
-        deserialize_with = "exact::optional",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, with = "exact", skip_serializing_if = "Option::is_none")]
     pub tool_orientation: Option<[f64; 3]>,
     /// The tip's centre in the flange's frame: x, y, z in m, roll, pitch, yaw in rad.
-    #[serde(
-        default,
-        deserialize_with = "exact::optional",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, with = "exact", skip_serializing_if = "Option::is_none")]
     pub tool_offset: Option<[f64; 6]>,
     /// Mass of the tool, in kg.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -2,8 +2,19 @@
 
 use super::*;
 
+/// What is said where one piece of text is replaced, for every line `FROM → TO ⇒ SAID`.
+pub(super) fn refused(refusal: impl Fn(&str, &str) -> String, cases: &str) {
+    for case in cases.trim().lines() {
+        let case = case.replace("\\n", "\n");
+        let (change, said) = case.split_once(" ⇒ ").expect("what is said");
+        let (from, to) = change.split_once(" → ").expect("a change");
+        let text = refusal(from, to);
+        assert!(text.contains(said), "{to}: {text}");
+    }
+}
+
 /// The template with one piece of text replaced, and what is then said of it.
-fn refusal(from: &str, to: &str) -> String {
+pub(super) fn refusal(from: &str, to: &str) -> String {
     assert!(Rig::template().contains(from), "{from}");
     match Rig::parse(&Rig::template().replacen(from, to, 1)) {
         Err(error) => error.to_string(),
@@ -86,36 +97,28 @@ fn a_box_needs_its_half_size() {
 
 #[test]
 fn values_that_make_no_sense_are_refused() {
-    for (from, to, said) in [
-        ("radius = 0.030 ", "radius = 30.0 ", "millimetres?"),
-        ("radius = 0.030 ", "radius = -0.03 ", "above 0"),
-        ("radius = 0.030 ", "radius = nan ", "finite"),
-        ("mass = 0.100", "mass = 100", "grams?"),
-        ("mass = 0.100", "mass = inf", "finite"),
-        ("rate = 60.0", "rate = 0", "above 0"),
-        ("noise = 0.0007", "noise = 0.7", "pixels?"),
-        ("x = [0.10, 1.00]", "x = [1.00, 0.10]", "reversed"),
-        ("x = [0.10, 1.00]", "x = [100, 1000]", "millimetres?"),
-        ("y = [-0.60, 0.60]", "y = [0.6, 0.6]", "empty"),
-        ("speed = [0.4, 1.0]", "speed = [0.0, 1.0]", "above 0"),
-        ("speed = [0.4, 1.0]", "speed = [400, 1000]", "robot.speed"),
-        ("angle = [-0.80, 0.80]", "angle = [-45, 45]", "degrees?"),
-        (
-            "acceleration = 5.0",
-            "acceleration = 5000.0",
-            "millimetres?",
-        ),
-        (
-            "name = \"/object/centroid\"",
-            "name = \"\"",
-            "topics.centroid.name",
-        ),
-        ("shape = \"cylinder\"", "shape = \"cone\"", "cylinder"),
-        ("radius = 0.030 ", "radius = \"big\" ", "line 7"),
-    ] {
-        let text = refusal(from, to);
-        assert!(text.contains(said), "{to}: {text}");
-    }
+    refused(
+        refusal,
+        r#"
+radius = 0.030 → radius = 30.0 ⇒ millimetres?
+radius = 0.030 → radius = -0.03 ⇒ above 0
+radius = 0.030 → radius = nan ⇒ finite
+mass = 0.100 → mass = 100 ⇒ grams?
+mass = 0.100 → mass = inf ⇒ finite
+rate = 60.0 → rate = 0 ⇒ above 0
+noise = 0.0007 → noise = 0.7 ⇒ pixels?
+x = [0.10, 1.00] → x = [1.00, 0.10] ⇒ reversed
+x = [0.10, 1.00] → x = [100, 1000] ⇒ millimetres?
+y = [-0.60, 0.60] → y = [0.6, 0.6] ⇒ empty
+speed = [0.4, 1.0] → speed = [0.0, 1.0] ⇒ above 0
+speed = [0.4, 1.0] → speed = [400, 1000] ⇒ robot.speed
+angle = [-0.80, 0.80] → angle = [-45, 45] ⇒ degrees?
+acceleration = 5.0 → acceleration = 5000.0 ⇒ millimetres?
+name = "/object/centroid" → name = "" ⇒ topics.centroid.name
+shape = "cylinder" → shape = "cone" ⇒ cylinder
+radius = 0.030 → radius = "big" ⇒ line 7
+"#,
+    );
 }
 
 #[test]
@@ -169,18 +172,14 @@ fn the_text_of_default_topics_is_that_of_the_rig_files_before_poses_were_read() 
 
 #[test]
 fn keys_of_the_state_and_the_pose_are_known_and_slips_of_them_are_named() {
-    for (from, to, nearest) in [
-        ("position_x =", "positon_x =", "`topics.state.position_x`"),
-        (
-            "orientation = \"pose.orientation\"",
-            "orientaton = \"pose.orientation\"",
-            "`topics.pose.orientation`",
-        ),
-        ("[topics.pose]", "[topics.poses]", "`topics.pose`"),
-    ] {
-        let text = refusal(from, to);
-        assert!(text.contains(nearest), "{to}: {text}");
-    }
+    refused(
+        refusal,
+        r#"
+position_x = → positon_x = ⇒ `topics.state.position_x`
+orientation = "pose.orientation" → orientaton = "pose.orientation" ⇒ `topics.pose.orientation`
+[topics.pose] → [topics.poses] ⇒ `topics.pose`
+"#,
+    );
     let text = refusal("orientation = \"pose.orientation\"", "orientation = \" \"");
     assert!(text.contains("topics.pose.orientation"), "{text}");
 }

@@ -70,7 +70,7 @@ impl FieldTopic {
 
 /// The topic of the end effector's measured state; by default `nav_msgs/msg/Odometry` in frame `table`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "StateTable", into = "StateTable")]
+#[serde(from = "Stated", into = "Stated")]
 pub struct StateTopic {
     /// Name, stamp and velocity, in m/s.
     pub topic: FieldTopic,
@@ -93,7 +93,7 @@ impl Default for StateTopic {
 
 /// The topic of the object's pose; by default `geometry_msgs/msg/PoseStamped` in frame `table`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "PoseTable", into = "PoseTable")]
+#[serde(from = "Stated", into = "Stated")]
 pub struct PoseTopic {
     /// Name, stamp and position, in m.
     pub topic: FieldTopic,
@@ -144,17 +144,33 @@ impl ImageTopic {
     }
 }
 
-/// What a rig file says of a topic; what it leaves out has its default.
-#[derive(Deserialize)]
+/// A topic as it stands in a file: what is left out has its default. Which keys a topic has [`super::keys`] says.
+#[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct FieldTable {
+struct Stated {
     name: Option<String>,
     stamp: Option<String>,
     x: Option<String>,
     y: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position_x: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position_y: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    orientation: Option<String>,
 }
 
-impl FieldTable {
+impl Stated {
+    fn of(topic: FieldTopic) -> Self {
+        Self {
+            name: Some(topic.name),
+            stamp: Some(topic.stamp),
+            x: Some(topic.x),
+            y: Some(topic.y),
+            ..Self::default()
+        }
+    }
+
     fn or(self, default: FieldTopic) -> FieldTopic {
         FieldTopic {
             name: self.name.unwrap_or(default.name),
@@ -166,89 +182,51 @@ impl FieldTable {
 }
 
 fn centroid<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FieldTopic, D::Error> {
-    FieldTable::deserialize(deserializer).map(|table| table.or(FieldTopic::centroid()))
+    Stated::deserialize(deserializer).map(|stated| stated.or(FieldTopic::centroid()))
 }
 
 fn command<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FieldTopic, D::Error> {
-    FieldTable::deserialize(deserializer).map(|table| table.or(FieldTopic::command()))
+    Stated::deserialize(deserializer).map(|stated| stated.or(FieldTopic::command()))
 }
 
-/// `[topics.state]` as it stands in a file: positions only where they are not the default.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StateTable {
-    name: Option<String>,
-    stamp: Option<String>,
-    x: Option<String>,
-    y: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    position_x: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    position_y: Option<String>,
-}
-
-impl From<StateTable> for StateTopic {
-    fn from(table: StateTable) -> Self {
-        let StateTable {
-            name, stamp, x, y, ..
-        } = table;
+impl From<Stated> for StateTopic {
+    fn from(mut stated: Stated) -> Self {
         let default = Self::default();
         Self {
-            topic: FieldTable { name, stamp, x, y }.or(default.topic),
-            position_x: table.position_x.unwrap_or(default.position_x),
-            position_y: table.position_y.unwrap_or(default.position_y),
+            position_x: stated.position_x.take().unwrap_or(default.position_x),
+            position_y: stated.position_y.take().unwrap_or(default.position_y),
+            topic: stated.or(default.topic),
         }
     }
 }
 
-impl From<StateTopic> for StateTable {
+/// Positions stand in a file only where they are not the default.
+impl From<StateTopic> for Stated {
     fn from(state: StateTopic) -> Self {
         let default = StateTopic::default();
-        let FieldTopic { name, stamp, x, y } = state.topic;
         Self {
-            name: Some(name),
-            stamp: Some(stamp),
-            x: Some(x),
-            y: Some(y),
             position_x: (state.position_x != default.position_x).then_some(state.position_x),
             position_y: (state.position_y != default.position_y).then_some(state.position_y),
+            ..Self::of(state.topic)
         }
     }
 }
 
-/// `[topics.pose]` as it stands in a file.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PoseTable {
-    name: Option<String>,
-    stamp: Option<String>,
-    x: Option<String>,
-    y: Option<String>,
-    orientation: Option<String>,
-}
-
-impl From<PoseTable> for PoseTopic {
-    fn from(table: PoseTable) -> Self {
-        let PoseTable {
-            name, stamp, x, y, ..
-        } = table;
+impl From<Stated> for PoseTopic {
+    fn from(mut stated: Stated) -> Self {
         let default = Self::default();
         Self {
-            topic: FieldTable { name, stamp, x, y }.or(default.topic),
-            orientation: table.orientation.unwrap_or(default.orientation),
+            orientation: stated.orientation.take().unwrap_or(default.orientation),
+            topic: stated.or(default.topic),
         }
     }
 }
 
-impl From<PoseTopic> for PoseTable {
+impl From<PoseTopic> for Stated {
     fn from(pose: PoseTopic) -> Self {
-        let FieldTopic { name, stamp, x, y } = pose.topic;
         Self {
-            name: Some(name),
-            stamp: Some(stamp),
-            x: Some(x),
-            y: Some(y),
             orientation: Some(pose.orientation),
+            ..Self::of(pose.topic)
         }
     }
 }

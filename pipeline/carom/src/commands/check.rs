@@ -36,13 +36,10 @@ pub fn run(args: &CheckArgs, global: Global) -> Result<Output, Error> {
     let scratch = tempfile::tempdir().map_err(Error::failed)?;
     let run = open(scratch.path(), global)?;
     let read = reading::read(&run, &rig, &logs, 0)?;
-    let is_whole = read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty();
     let outcome = if read.check.is_meaningless() {
         Outcome::Refused
-    } else if is_whole {
-        Outcome::Done
     } else {
-        Outcome::Rejected
+        read.outcome()
     };
     let mut text = format!(
         "strikes    {} kept, {} rejected\n",
@@ -70,9 +67,5 @@ pub fn run(args: &CheckArgs, global: Global) -> Result<Output, Error> {
         "measured": read.check.measured,
         "meaningless": read.check.is_meaningless(),
     });
-    Ok(Output {
-        outcome,
-        json,
-        text,
-    })
+    Ok(Output::ended(outcome, json, text))
 }

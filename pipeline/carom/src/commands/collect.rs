@@ -208,17 +208,11 @@ fn finished(
     let text = format!(
         "{strikes} usable strikes in {folder}, {made} made now, {useless} could not be used, {left_out} planned ones left out\n"
     );
-    Ok(Output {
-        outcome: if *useless == 0 && left_out == 0 {
-            Outcome::Done
-        } else {
-            Outcome::Rejected
-        },
-        ..Output::done(
-            json!({ "strikes": strikes, "made": made, "useless": useless, "left_out": left_out, "session": session }),
-            text,
-        )
-    })
+    Ok(Output::ended(
+        Outcome::of(*useless == 0 && left_out == 0),
+        json!({ "strikes": strikes, "made": made, "useless": useless, "left_out": left_out, "session": session }),
+        text,
+    ))
 }
 
 fn requested(args: &CollectArgs) -> Result<Vec<StrikeRequest>, Error> {

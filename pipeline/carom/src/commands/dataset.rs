@@ -222,11 +222,7 @@ fn verify(args: &DatasetArgs, out: &Path) -> Result<Output, Error> {
         let differing = [rebuilt, built].concat();
         let json = json!({ "same": false, "differing": differing });
         let text = format!("failed to {why}\n");
-        return Ok(Output {
-            outcome: Outcome::Failed,
-            json,
-            text,
-        });
+        return Ok(Output::ended(Outcome::Failed, json, text));
     }
     let text = format!("every byte is the same: {}", counts(&lock));
     Ok(output(
@@ -297,13 +293,5 @@ fn output(lock: &Lock, is_clean: bool, more: serde_json::Value, text: String) ->
     if let (Some(json), serde_json::Value::Object(more)) = (json.as_object_mut(), more) {
         json.extend(more);
     }
-    Output {
-        outcome: if is_clean {
-            Outcome::Done
-        } else {
-            Outcome::Rejected
-        },
-        json,
-        text,
-    }
+    Output::ended(Outcome::of(is_clean), json, text)
 }

@@ -94,11 +94,7 @@ pub fn run(args: &NightlyArgs, global: Global) -> Result<Output, Error> {
         return fleet(file, args, global);
     }
     let (night, tracked) = one(args, None, global)?;
-    let mut output = Output {
-        outcome: night.outcome(),
-        json: to_json(&night)?,
-        text: night.text(),
-    };
+    let mut output = Output::ended(night.outcome(), to_json(&night)?, night.text());
     if let Some((said, line)) = tracked {
         output.json["mlflow"] = said;
         output.text += &format!("mlflow     {line}\n");
@@ -135,11 +131,11 @@ fn fleet(file: &Path, args: &NightlyArgs, global: Global) -> Result<Output, Erro
     let night = FleetNight::of(rigs, &in_use_by);
     outputs::write_json(&args.out.join("fleet.json"), &night)?;
     report::write_fleet(&args.out, &night)?;
-    Ok(Output {
-        outcome: night.outcome(),
-        json: to_json(&night)?,
-        text: night.text(),
-    })
+    Ok(Output::ended(
+        night.outcome(),
+        to_json(&night)?,
+        night.text(),
+    ))
 }
 
 /// A night, and what an MLflow server said of it, where one was to be told.

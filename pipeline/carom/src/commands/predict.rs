@@ -58,10 +58,7 @@ pub fn run(args: &PredictArgs, global: Global) -> Result<Output, Error> {
             "read --speed and --angle: give a speed above 0 m/s and an angle in rad",
         ));
     }
-    let command = Command {
-        speed: args.speed,
-        angle: args.angle,
-    };
+    let command = Command::new(args.speed, args.angle);
     let name = artifact.manifest.provenance.default_model;
     let model = default_model(&artifact);
     let simulator = Simulator::new(&artifact.rig, &model.world).map_err(Error::failed)?;

@@ -56,20 +56,12 @@ pub fn run(args: &RebuildArgs, global: Global) -> Result<Output, Error> {
     let version = &args.version;
     let json = json!({ "version": version, "same": differing.is_empty(), "differing": differing });
     Ok(if differing.is_empty() {
-        Output {
-            outcome: Outcome::Done,
-            json,
-            text: format!("{version} rebuilt: every byte is the same\n"),
-        }
+        let text = format!("{version} rebuilt: every byte is the same\n");
+        Output::done(json, text)
     } else {
-        Output {
-            outcome: Outcome::Failed,
-            json,
-            text: format!(
-                "{version} rebuilt: other bytes in {}\n",
-                differing.join(", ")
-            ),
-        }
+        let names = differing.join(", ");
+        let text = format!("{version} rebuilt: other bytes in {names}\n");
+        Output::ended(Outcome::Failed, json, text)
     })
 }
 

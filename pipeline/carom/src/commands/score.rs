@@ -121,19 +121,14 @@ pub fn run(args: &ScoreArgs, global: Global) -> Result<Output, Error> {
     for sentence in drift.iter().chain(&score.drift_unknown) {
         text += &format!("\n{sentence}\n");
     }
-    Ok(Output {
-        outcome: if score.drift.as_ref().is_some_and(Drift::is_beyond_chance)
-            || read.check.is_meaningless()
-        {
-            Outcome::Refused
-        } else if read.rejects.is_empty() && read.damaged.is_empty() && read.left_out.is_empty() {
-            Outcome::Done
-        } else {
-            Outcome::Rejected
-        },
-        json: to_json(&score)?,
-        text,
-    })
+    let is_refused =
+        score.drift.as_ref().is_some_and(Drift::is_beyond_chance) || read.check.is_meaningless();
+    let outcome = if is_refused {
+        Outcome::Refused
+    } else {
+        read.outcome()
+    };
+    Ok(Output::ended(outcome, to_json(&score)?, text))
 }
 
 fn by_model(evaluation: &Evaluation, judges: &[Strike]) -> Result<BTreeMap<String, Scored>, Error> {

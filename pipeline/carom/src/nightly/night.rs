@@ -214,11 +214,10 @@ impl Night {
         match self.status {
             Status::Failed => Outcome::Failed,
             Status::Refused => Outcome::Refused,
-            _ if self.rejected > 0 || !self.damaged.is_empty() || !self.left_out.is_empty() => {
-                Outcome::Rejected
-            }
             Status::Promoted | Status::Kept | Status::Gathering | Status::NothingNew => {
-                Outcome::Done
+                Outcome::of(
+                    self.rejected == 0 && self.damaged.is_empty() && self.left_out.is_empty(),
+                )
             }
         }
     }

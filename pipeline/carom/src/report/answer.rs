@@ -151,15 +151,13 @@ fn judged(evaluation: &Evaluation, model: Model) -> Option<Judged<'_>> {
 }
 
 fn better(shown: &ReportInput<'_>) -> Markup {
-    let judged = shown
-        .results
-        .worlds
-        .as_ref()
-        .and_then(|worlds| Some((worlds.evaluation.as_ref()?, best_model(worlds))));
-    let Some((evaluation, model)) = judged else {
+    let worlds = shown.results.worlds.as_ref();
+    let evaluated = worlds.and_then(|w| Some((w.evaluation.as_ref()?, best_model(w))));
+    let Some((evaluation, model)) = evaluated else {
         return html! { p.said { "Not judged yet." } };
     };
-    let Some(judged) = judged_or_none(evaluation, model) else {
+    let is_judged = |judged: &Judged<'_>| judged.used.n > 0 && judged.plain.mean > 0.0;
+    let Some(judged) = judged(evaluation, model).filter(is_judged) else {
         return html! {
             p.said { "Not known." }
             p { "No strike was left that took no part in learning: record more." }
@@ -190,11 +188,6 @@ fn better(shown: &ReportInput<'_>) -> Markup {
             }
         }))
     }
-}
-
-/// [`judged`], where there are strikes.
-fn judged_or_none(evaluation: &Evaluation, model: Model) -> Option<Judged<'_>> {
-    judged(evaluation, model).filter(|judged| judged.used.n > 0 && judged.plain.mean > 0.0)
 }
 
 /// A mean and the half width of its 95 % interval, in cm.

@@ -105,17 +105,7 @@ fn check_section(shown: &ReportInput<'_>) -> Markup {
 
 fn strikes_section(shown: &ReportInput<'_>, listed: &BTreeSet<usize>) -> Markup {
     let strikes = &shown.results.strikes;
-    let count = |split| {
-        strikes
-            .iter()
-            .filter(|strike| strike.split == split)
-            .count()
-    };
-    let (train, validation, test) = (
-        count(Split::Train),
-        count(Split::Validation),
-        count(Split::Test),
-    );
+    let count = |split| strikes.iter().filter(|s| s.split == split).count();
     let rejected = shown.results.read.rejects.len();
     section(
         "Strikes on the table",
@@ -126,9 +116,9 @@ fn strikes_section(shown: &ReportInput<'_>, listed: &BTreeSet<usize>) -> Markup 
                     tbody {
                         tr { td { "kept" } td.number { (strikes.len()) } }
                         tr { td { "rejected" } td.number { (rejected) } }
-                        tr { td { "learnt from" } td.number { (train) } }
-                        tr { td { "to stop training by" } td.number { (validation) } }
-                        tr { td { "held out" } td.number { (test) } }
+                        tr { td { "learnt from" } td.number { (count(Split::Train)) } }
+                        tr { td { "to stop training by" } td.number { (count(Split::Validation)) } }
+                        tr { td { "held out" } td.number { (count(Split::Test)) } }
                         tr { td { "speeds" } td.number { (span(strikes, |s| s.command.speed, "m/s")) } }
                         tr { td { "angles" } td.number { (span(strikes, |s| s.command.angle, "rad")) } }
                         tr { td { "distances" } td.number { (span(strikes, |s| s.path().norm(), "m")) } }

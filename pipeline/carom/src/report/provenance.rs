@@ -40,19 +40,10 @@ pub fn provenance(
     };
     let is_unused = latest.as_ref() != Some(&version);
     let manifest = store.show(Some(&version)).map_err(store_error)?;
-    let learnt_from: BTreeSet<&str> = manifest
-        .provenance
-        .inputs
-        .iter()
-        .map(|log| log.sha256.as_str())
-        .collect();
-    let shown: BTreeSet<&str> = results
-        .read
-        .logs
-        .iter()
-        .map(|log| log.sha256.as_str())
-        .collect();
-    if learnt_from != shown {
+    let inputs = &manifest.provenance.inputs;
+    let learnt_from: BTreeSet<&str> = inputs.iter().map(|log| log.sha256.as_str()).collect();
+    let shown = results.read.logs.iter().map(|log| log.sha256.as_str());
+    if learnt_from != shown.collect() {
         return Ok(Some(Provenance {
             in_use: latest,
             ..Provenance::default()
@@ -62,13 +53,9 @@ pub fn provenance(
         .files
         .iter()
         .map(|(name, file)| (name, &file.sha256));
-    let logs = manifest
-        .provenance
-        .inputs
-        .iter()
-        .map(|log| (&log.name, &log.sha256));
-    let hashes = files
-        .chain(logs)
+    let logs = inputs.iter().map(|log| (&log.name, &log.sha256));
+    let hashes = files.chain(logs);
+    let hashes = hashes
         .map(|(name, hash)| (name.clone(), hash.clone()))
         .collect();
     let mut made_by = vec![

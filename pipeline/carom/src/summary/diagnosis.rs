@@ -110,14 +110,12 @@ pub fn gap_in_brief(gap: &Gap) -> String {
         return "gap not measured: no strike was held out".into();
     }
     let mm = |length: f64| format!("{:.1}", length * 1e3);
-    let after = if gap.after == gap.before {
-        String::new()
-    } else {
-        format!(" → {}", mm(gap.after))
-    };
-    let change = match gap.after == gap.before {
-        true => String::new(),
-        false => format!(", {}", gap.change_in_words()),
+    let (after, change) = match gap.after == gap.before {
+        true => (String::new(), String::new()),
+        false => (
+            format!(" → {}", mm(gap.after)),
+            format!(", {}", gap.change_in_words()),
+        ),
     };
     format!(
         "gap {}{after} mm{change} ({}, {} held out; fitted scatter {} mm)",

@@ -157,11 +157,13 @@ fn pushed(log: &Path, friction: f64, count: u32) {
         let (pushed, slid) = (t0.clamp(0.0, PUSH), (t0 - PUSH).clamp(0.0, speed / brakes));
         let gone = 0.5 * speed / PUSH * pushed * pushed + (speed - 0.5 * brakes * slid) * slid;
         let place = Point::new(0.35, 0.02 * (of % 4.0)) + Point::polar(gone, angle);
-        samples.centroids.push(Stamped {
-            stamp: stamp(t),
-            x: place.x + 0.0007 * wobble(0.1),
-            y: place.y + 0.0007 * wobble(0.7),
-        });
+        samples.centroids.push(Stamped::at(
+            stamp(t),
+            Point::new(
+                place.x + 0.0007 * wobble(0.1),
+                place.y + 0.0007 * wobble(0.7),
+            ),
+        ));
         samples.states.push(StateSample {
             stamp: stamp(t),
             position: [0.0, -0.5],

@@ -1,29 +1,27 @@
 //! How the program ends where it does not do what was requested.
 
-use std::fmt::{self, Display};
+use std::fmt::Display;
 use std::process::ExitCode;
 
-use serde::Serialize;
+use serde_json::json;
 use store::{ArtifactError, Fault};
 use strike::{LiveError, LogError, Reason, Refusal, TrustError};
 
 /// What went wrong; it chooses the exit code.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum Failure {
+    #[error("failed to {0}")]
     Failed(String),
+    #[error("{0}; see --help")]
     Usage(String),
+    #[error("failed to {0}")]
     Input(String),
     /// Another program holds what is needed.
+    #[error("failed to {0}")]
     Busy(String),
     /// A limit or a check refuses.
+    #[error("refused: {0}")]
     Refused(Refusal),
-}
-
-#[derive(Serialize)]
-#[serde(untagged)]
-enum FailureAsJson<'a> {
-    Refused(&'a Refusal),
-    Failed { failed: String },
 }
 
 impl Failure {
@@ -61,22 +59,9 @@ impl Failure {
 
     /// What a machine reads: the contract's refusal, or `{"failed": "text"}`.
     pub fn to_json(&self) -> String {
-        let failure = match self {
-            Self::Refused(refusal) => FailureAsJson::Refused(refusal),
-            _ => FailureAsJson::Failed {
-                failed: self.to_string(),
-            },
-        };
-        serde_json::to_string(&failure).unwrap_or_default()
-    }
-}
-
-impl Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Failed(why) | Self::Input(why) | Self::Busy(why) => write!(f, "failed to {why}"),
-            Self::Usage(why) => write!(f, "{why}; see --help"),
-            Self::Refused(refusal) => write!(f, "refused: {refusal}"),
+            Self::Refused(refusal) => serde_json::to_string(refusal).unwrap_or_default(),
+            _ => json!({ "failed": self.to_string() }).to_string(),
         }
     }
 }

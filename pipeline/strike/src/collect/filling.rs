@@ -68,10 +68,10 @@ pub(super) fn choose(
     let offset = made.len() as u64 * CANDIDATES;
     let mut candidates: Vec<(f64, Command)> = (0..CANDIDATES)
         .map(|n| {
-            let command = Command {
-                speed: between(rig.robot.speed, halton(offset + n, 2)),
-                angle: between(rig.robot.angle, halton(offset + n, 3)),
-            };
+            let command = Command::new(
+                between(rig.robot.speed, halton(offset + n, 2)),
+                between(rig.robot.angle, halton(offset + n, 3)),
+            );
             (alone(rig, StrikeRequest { from, command }, made), command)
         })
         .collect();

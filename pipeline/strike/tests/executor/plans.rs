@@ -20,10 +20,7 @@ fn the_simulated_command_brings_the_object_to_the_target_in_its_world() {
     ] {
         let plan = plan(model);
         let simulator = Simulator::new(&artifact.rig, &world).unwrap();
-        let command = Command {
-            speed: plan.speed_sim,
-            angle: plan.angle_sim,
-        };
+        let command = Command::new(plan.speed_sim, plan.angle_sim);
         let stop = simulator
             .worker()
             .strike(FROM, command, &Conditions::default())

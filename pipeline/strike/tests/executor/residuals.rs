@@ -16,10 +16,7 @@ fn a_residual_makes_good_what_the_arm_delivers_otherwise_and_a_model_without_one
     let simulator = Simulator::new(&artifact.rig, &artifact.sysid.world).unwrap();
     let miss = |model: Model| {
         let plan = plan(model);
-        let delivered = Command {
-            speed: plan.speed - slower,
-            angle: plan.angle - turned,
-        };
+        let delivered = Command::new(plan.speed - slower, plan.angle - turned);
         let mut worker = simulator.worker();
         let struck = worker.strike(FROM, delivered, &Conditions::default());
         struck.unwrap().stop.distance(TO)

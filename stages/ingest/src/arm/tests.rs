@@ -41,11 +41,7 @@ fn found(case: &Case, phase: f64) -> Delivered {
     let commands: Vec<Sample> = (0..=80)
         .map(|i| f64::from(i) / 250.0)
         .map(|t| (t, Point::polar(trapezoid(speed, 0.175, t), 0.2)))
-        .map(|(t, v)| Sample {
-            stamp: nanoseconds(t),
-            x: v.x,
-            y: v.y,
-        })
+        .map(|(t, v)| Sample::at(nanoseconds(t), v))
         .collect();
     let states: Vec<State> = (-20..120)
         .map(|i| (f64::from(i) + phase) / case.rate)
@@ -176,11 +172,7 @@ fn noise_of_the_states_is_averaged() {
 
 #[test]
 fn states_that_do_not_reach_contact_give_nothing() {
-    let sample = |i: i64| Sample {
-        stamp: i * 4_000_000,
-        x: 0.7,
-        y: 0.0,
-    };
+    let sample = |i: i64| Sample::at(i * 4_000_000, Point::new(0.7, 0.0));
     let commands: Vec<Sample> = (0..50).map(sample).collect();
     let track = Track {
         t: vec![0.0, 0.02, 0.04],
@@ -191,10 +183,7 @@ fn states_that_do_not_reach_contact_give_nothing() {
     };
     let context = LaunchContext {
         commands: &commands,
-        command: Command {
-            speed: 0.7,
-            angle: 0.0,
-        },
+        command: Command::new(0.7, 0.0),
         first_motion: 150_000_000,
         gap: 0.02,
         initial: Point::default(),
@@ -228,11 +217,7 @@ fn states_that_do_not_reach_contact_give_nothing() {
 /// Whether an arm has pushed on that goes on behind the object, at a part of its speed after the impact: by its state.
 fn pushed(goes_on: f64) -> bool {
     let commands: Vec<Sample> = (0..200)
-        .map(|i| Sample {
-            stamp: i * 4_000_000,
-            x: 0.8,
-            y: 0.0,
-        })
+        .map(|i| Sample::at(i * 4_000_000, Point::new(0.8, 0.0)))
         .collect();
     let mut track = Track::default();
     // It leaves at 1 m/s, slows down by 2 m/s², and is taken along by the tip where that is faster.
@@ -264,10 +249,7 @@ fn pushed(goes_on: f64) -> bool {
     }
     let context = LaunchContext {
         commands: &commands,
-        command: Command {
-            speed: 0.8,
-            angle: 0.0,
-        },
+        command: Command::new(0.8, 0.0),
         first_motion: 104_000_000,
         gap: 0.016,
         initial: Point::default(),
@@ -285,11 +267,7 @@ fn an_arm_that_reaches_the_object_again_has_pushed_it_again() {
 
 #[test]
 fn an_arm_whose_states_lie_beside_its_commands_is_seen_to() {
-    let sample = |t: f64, speed: f64| Sample {
-        stamp: (t * 1e9).round() as i64,
-        x: speed,
-        y: 0.0,
-    };
+    let sample = |t: f64, speed: f64| Sample::at((t * 1e9).round() as i64, Point::new(speed, 0.0));
     let speed = |t: f64| trapezoid(0.8, 0.175, t);
     let commands: Vec<Sample> = (0..=33)
         .map(|i| f64::from(i) / 100.0)

@@ -7,11 +7,7 @@ use logs::write::{Samples, Stamped};
 use values::Point;
 
 fn at(t: f64, x: f64, y: f64) -> Stamped {
-    Stamped {
-        stamp: EPOCH + (t * 1e9).round() as u64,
-        x,
-        y,
-    }
+    Stamped::at(EPOCH + (t * 1e9).round() as u64, Point::new(x, y))
 }
 
 /// Every strike is kept and measured as it was made, within a few deviations of the camera's noise and `slack` in speed (a part).

@@ -3,53 +3,14 @@
 use std::time::Instant;
 
 use crate::common::{
-    EPOCH, Folder, IMPACT, Truth, ingest, ingest_samples, noted, session, time, truths,
+    EPOCH, Folder, IMPACT, JsonMessage, Truth, ingest, ingest_samples, json_log, noted, point,
+    session, time, truths, twist,
 };
 use logs::write::{Samples, Stamped, StateSample};
-use mcap::records::MessageHeader;
 use values::Point;
 
-/// A log of messages in JSON, in this order: topic, stamp and body.
-fn json_log(messages: &[(&str, u64, String)]) -> Vec<u8> {
-    let mut file = std::io::Cursor::new(Vec::new());
-    let mut writer = mcap::Writer::new(&mut file).expect("writes");
-    for (sequence, (topic, stamp, body)) in (0..).zip(messages) {
-        let channel_id = writer
-            .add_channel(0, topic, "json", &Default::default())
-            .expect("writes");
-        let (sec, nanosec) = (stamp / 1_000_000_000, stamp % 1_000_000_000);
-        let text =
-            format!(r#"{{"header":{{"stamp":{{"sec":{sec},"nanosec":{nanosec}}}}},{body}}}"#);
-        let header = MessageHeader {
-            channel_id,
-            sequence,
-            log_time: *stamp,
-            publish_time: *stamp,
-        };
-        writer
-            .write_to_known_channel(&header, text.as_bytes())
-            .expect("writes");
-    }
-    writer.finish().expect("writes");
-    drop(writer);
-    file.into_inner()
-}
-
-fn point(sample: &Stamped) -> (&'static str, u64, String) {
-    let body = format!(r#""point":{{"x":{:?},"y":{:?}}}"#, sample.x, sample.y);
-    ("/object/centroid", sample.stamp, body)
-}
-
-fn twist(sample: &Stamped) -> (&'static str, u64, String) {
-    let body = format!(
-        r#""twist":{{"linear":{{"x":{:?},"y":{:?}}}}}"#,
-        sample.x, sample.y
-    );
-    ("/striker/command", sample.stamp, body)
-}
-
 /// A pose, turned by an angle.
-fn pose(sample: &Stamped, yaw: f64) -> (&'static str, u64, String) {
+fn pose(sample: &Stamped, yaw: f64) -> JsonMessage {
     let (sin, cos) = (0.5 * yaw).sin_cos();
     let body = format!(
         r#""pose":{{"position":{{"x":{:?},"y":{:?},"z":0.02}},"orientation":{{"x":0.0,"y":0.0,"z":{sin:?},"w":{cos:?}}}}}"#,
@@ -66,7 +27,7 @@ fn messages_that_overtook_each_other_change_nothing() {
     messages.sort_by_key(|(_, stamp, _)| *stamp);
     let folder = Folder::new();
     let path = folder.path("a.mcap");
-    std::fs::write(&path, json_log(&messages)).expect("writes");
+    std::fs::write(&path, json_log(&messages, 0)).expect("writes");
     let in_order = ingest(&path);
     assert_eq!(in_order.strikes.len(), 3);
     // Two centroids, two commands and a handful of both, around the second strike's contact.
@@ -85,7 +46,7 @@ fn messages_that_overtook_each_other_change_nothing() {
     ] {
         let mut swapped = messages.clone();
         swapped.swap(a, b);
-        std::fs::write(&path, json_log(&swapped)).expect("writes");
+        std::fs::write(&path, json_log(&swapped, 0)).expect("writes");
         let outcome = ingest(&path);
         assert_eq!(outcome.rejects, [], "{a} {b}");
         assert_eq!(outcome.strikes, in_order.strikes, "{a} {b}");
@@ -95,7 +56,7 @@ fn messages_that_overtook_each_other_change_nothing() {
     let mut shuffled: Vec<_> = messages.iter().cloned().enumerate().collect();
     shuffled.sort_by_key(|(i, message)| message.1 + late(*i));
     let shuffled: Vec<_> = shuffled.into_iter().map(|(_, message)| message).collect();
-    std::fs::write(&path, json_log(&shuffled)).expect("writes");
+    std::fs::write(&path, json_log(&shuffled, 0)).expect("writes");
     let outcome = ingest(&path);
     assert_eq!(
         (outcome.rejects, outcome.strikes),
@@ -109,11 +70,7 @@ fn a_flood_of_commands_takes_time_in_proportion() {
     let seconds = |count: u64| {
         let mut samples = session(&[]);
         samples.commands = (0..count)
-            .map(|i| Stamped {
-                stamp: EPOCH + 1_000 * i,
-                x: 0.7,
-                y: 0.0,
-            })
+            .map(|i| Stamped::at(EPOCH + 1_000 * i, Point::new(0.7, 0.0)))
             .collect();
         let folder = Folder::new();
         let path = folder.write("a.mcap", &samples);
@@ -131,13 +88,13 @@ fn a_flood_of_commands_takes_time_in_proportion() {
 fn commands_that_all_come_before_the_centroids_are_held_within_bounds() {
     // Two million of them, more than wait; none of their strikes is lost without a word.
     let strikes = 400;
-    let mut messages: Vec<(&str, u64, String)> = Vec::new();
+    let mut messages: Vec<JsonMessage> = Vec::new();
     let samples = session(&truths(2));
     messages.extend(samples.commands.iter().map(twist));
     messages.extend(samples.centroids.iter().map(point));
     let folder = Folder::new();
     let path = folder.path("a.mcap");
-    std::fs::write(&path, json_log(&messages)).expect("writes");
+    std::fs::write(&path, json_log(&messages, 0)).expect("writes");
     assert_eq!(ingest(&path).strikes.len(), 2, "two strikes wait");
 
     let mut flood = Samples::default();
@@ -145,11 +102,10 @@ fn commands_that_all_come_before_the_centroids_are_held_within_bounds() {
     for strike in 0..strikes {
         for i in 0..5_000_u64 {
             let speed = if i < 4_900 { 0.7 } else { 0.0 };
-            flood.commands.push(Stamped {
-                stamp: later + (strike * 5_000 + i) * 2_000_000,
-                x: speed,
-                y: 0.0,
-            });
+            flood.commands.push(Stamped::at(
+                later + (strike * 5_000 + i) * 2_000_000,
+                Point::new(speed, 0.0),
+            ));
         }
     }
     let outcome = ingest(&folder.write("b.mcap", &flood));
@@ -375,7 +331,7 @@ fn states_may_lie_behind_all_else_in_the_file_or_be_of_another_kind() {
     messages.push(("/striker/state", EPOCH, r#""text":"ready""#.into()));
     messages.push(("/object/pose", EPOCH, r#""text":"ready""#.into()));
     let path = folder.path("b.mcap");
-    std::fs::write(&path, json_log(&messages)).expect("writes");
+    std::fs::write(&path, json_log(&messages, 0)).expect("writes");
     let outcome = ingest(&path);
     assert_eq!(outcome.strikes.len(), 3);
     for topic in ["/striker/state", "/object/pose"] {
@@ -412,7 +368,7 @@ fn poses_stand_in_for_centroids_and_give_the_yaw() {
         }
         messages.sort_by_key(|(_, stamp, _)| *stamp);
         let path = folder.path("a.mcap");
-        std::fs::write(&path, json_log(&messages)).expect("writes");
+        std::fs::write(&path, json_log(&messages, 0)).expect("writes");
         let outcome = ingest(&path);
         assert_eq!(outcome.rejects, [], "{:?}", outcome.notes);
         for ((strike, plain), truth) in outcome

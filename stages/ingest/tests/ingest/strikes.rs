@@ -1,7 +1,8 @@
 //! From logs to strikes: what was really done is what is measured, once, in any file.
 
 use crate::common::{
-    EPOCH, Folder, IMPACT, Truth, ingest, ingest_samples, noted, session, time, truths,
+    EPOCH, Folder, IMPACT, Truth, ingest, ingest_samples, json_log, noted, point, session, time,
+    truths, twist,
 };
 use ingest::{Ingest, LogFile, LogOutcome, StrikeSummary, assemble};
 use logs::write::{Samples, Stamped};
@@ -100,52 +101,14 @@ fn frames_that_jump_away_change_nothing_and_are_reported() {
     noted(&outcome, "jump away");
 }
 
-/// A session's messages as a second log: JSON, uncompressed, one topic after the other where `topics_apart`, received an hour later.
+/// A session's messages as a second log: JSON, one topic after the other where `topics_apart`, received an hour later.
 fn as_json(samples: &Samples, topics_apart: bool) -> Vec<u8> {
-    let mut file = std::io::Cursor::new(Vec::new());
-    let mut writer = mcap::WriteOptions::new()
-        .compression(None)
-        .chunk_size(Some(5_000))
-        .create(&mut file)
-        .expect("writes");
-    let text = |s: &Stamped, body: &str| {
-        let (sec, nanosec) = (s.stamp / 1_000_000_000, s.stamp % 1_000_000_000);
-        let body = body
-            .replace("X", &format!("{:?}", s.x))
-            .replace("Y", &format!("{:?}", s.y));
-        format!(r#"{{"header":{{"stamp":{{"sec":{sec},"nanosec":{nanosec}}}}},{body}}}"#)
-    };
-    let rig = crate::common::rig();
-    let point = r#""point":{"x":X,"y":Y}"#;
-    let twist = r#""twist":{"linear":{"x":X,"y":Y}}"#;
-    let mut messages = Vec::new();
-    for (topic, body, samples) in [
-        (&rig.topics.centroid.name, point, &samples.centroids),
-        (&rig.topics.command.name, twist, &samples.commands),
-    ] {
-        let channel = writer
-            .add_channel(0, topic, "json", &Default::default())
-            .expect("writes");
-        messages.extend(samples.iter().map(|s| (s.stamp, channel, text(s, body))));
-    }
+    let mut messages: Vec<_> = samples.centroids.iter().map(point).collect();
+    messages.extend(samples.commands.iter().map(twist));
     if !topics_apart {
-        messages.sort_by_key(|(stamp, channel, _)| (*stamp, *channel));
+        messages.sort_by_key(|(_, stamp, _)| *stamp);
     }
-    for (sequence, (stamp, channel_id, text)) in (0..).zip(messages) {
-        let log_time = stamp + 3_600_000_000_000;
-        let header = mcap::records::MessageHeader {
-            channel_id,
-            sequence,
-            log_time,
-            publish_time: log_time,
-        };
-        writer
-            .write_to_known_channel(&header, text.as_bytes())
-            .expect("writes");
-    }
-    writer.finish().expect("writes");
-    drop(writer);
-    file.into_inner()
+    json_log(&messages, 3_600_000_000_000)
 }
 
 /// The part of a session between two times.

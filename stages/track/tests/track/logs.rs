@@ -336,75 +336,38 @@ fn hostile_images_are_typed_errors() {
         .unwrap();
     huge_jpeg[sof + 5..sof + 9].copy_from_slice(&[0x4e, 0x20, 0x4e, 0x20]);
     let jpeg = picture.jpeg(90).unwrap();
-    let ros = "sensor_msgs/msg/Image";
-    let ros_compressed = "sensor_msgs/msg/CompressedImage";
     let rows = [320, 240, 960];
-    for (name, schema, data, said) in [
+    let whole = |message| ("sensor_msgs/msg/CompressedImage", message);
+    let image = |data: &[u8]| whole(compressed(data, 0));
+    let raw = |encoding, size, data: &[u8]| ("sensor_msgs/msg/Image", raw(encoding, size, data, 0));
+    let cut = compressed(&jpeg, 0)[..40].to_vec();
+    for (name, (schema, data), said) in [
+        ("png of 20,000 × 20,000", image(&huge), ""),
+        ("jpeg of 20,000 × 20,000", image(&huge_jpeg), ""),
+        ("cut jpeg", image(&jpeg[..jpeg.len() / 2]), "JPEG"),
+        ("no image", image(b"hello"), "neither JPEG, PNG nor WebP"),
+        ("empty", whole(Vec::new()), "ends at byte 0"),
+        ("cut message", whole(cut), "ends at byte"),
         (
-            "png of 20,000 × 20,000",
-            ros_compressed,
-            compressed(&huge, 0),
-            "",
-        ),
-        (
-            "jpeg of 20,000 × 20,000",
-            ros_compressed,
-            compressed(&huge_jpeg, 0),
-            "",
-        ),
-        (
-            "cut jpeg",
-            ros_compressed,
-            compressed(&jpeg[..jpeg.len() / 2], 0),
-            "JPEG",
-        ),
-        (
-            "no image",
-            ros_compressed,
-            compressed(b"hello", 0),
-            "neither JPEG, PNG nor WebP",
-        ),
-        ("empty", ros_compressed, Vec::new(), "ends at byte 0"),
-        (
-            "cut message",
-            ros_compressed,
-            compressed(&jpeg, 0)[..40].to_vec(),
-            "ends at byte",
-        ),
-        (
-            "raw of 20,000 × 20,000",
-            ros,
-            raw("rgb8", [20_000, 20_000, 60_000], &[0; 9], 0),
+            "vast",
+            raw("rgb8", [20_000, 20_000, 60_000], &[0; 9]),
             "20000 × 20000",
         ),
+        ("too short", raw("rgb8", rows, &[0; 1000]), "240 rows"),
         (
-            "raw too short",
-            ros,
-            raw("rgb8", rows, &[0; 1000], 0),
-            "240 rows",
-        ),
-        (
-            "raw with a lying step",
-            ros,
-            raw("rgb8", [320, 240, 4], &picture.rgb, 0),
+            "a lying step",
+            raw("rgb8", [320, 240, 4], &picture.rgb),
             "rows of 4",
         ),
+        ("no pixels", raw("rgb8", [0, 0, 0], &[]), "0 × 0"),
         (
-            "raw of no pixels",
-            ros,
-            raw("rgb8", [0, 0, 0], &[], 0),
-            "0 × 0",
-        ),
-        (
-            "an encoding that is not read",
-            ros,
-            raw("bayer_rggb12", rows, &picture.rgb, 0),
+            "not read",
+            raw("bayer_rggb12", rows, &picture.rgb),
             "bayer_rggb12",
         ),
         (
-            "a lying encoding",
-            ros,
-            raw("rgb16", rows, &picture.rgb, 0),
+            "lying",
+            raw("rgb16", rows, &picture.rgb),
             "pixels of 6 bytes",
         ),
     ] {

@@ -344,9 +344,6 @@ fn later(set: &AtomicU64) -> SystemTime {
 #[test]
 fn a_strike_in_which_the_clock_was_set_is_no_strike_to_learn_from() {
     static SET: AtomicU64 = AtomicU64::new(0);
-    fn clock() -> SystemTime {
-        later(&SET)
-    }
     in_time(|| {
         let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
         let lab = lab(&rig, true);
@@ -357,7 +354,7 @@ fn a_strike_in_which_the_clock_was_set_is_no_strike_to_learn_from() {
                 wait_for(|| met(&lab) == 1);
                 SET.store(40, Ordering::Relaxed);
             });
-            gather_by(clock, &lab, &rig, folder.path(), 1, &mut |news| {
+            gather_by(|| later(&SET), &lab, &rig, folder.path(), 1, &mut |news| {
                 if let CollectEvent::Useless(why) = news {
                     reasons.push(why);
                 }
@@ -379,15 +376,12 @@ fn a_strike_in_which_the_clock_was_set_is_no_strike_to_learn_from() {
 #[test]
 fn a_clock_that_was_set_between_two_strikes_is_told_in_the_log_of_the_second() {
     static SET: AtomicU64 = AtomicU64::new(0);
-    fn clock() -> SystemTime {
-        later(&SET)
-    }
     in_time(|| {
         let (rig, folder) = (rig(), tempfile::tempdir().unwrap());
         let lab = lab(&rig, true);
         SET.store(0, Ordering::Relaxed);
         let mut warnings = Vec::new();
-        let gathered = gather_by(clock, &lab, &rig, folder.path(), 2, &mut |news| {
+        let gathered = gather_by(|| later(&SET), &lab, &rig, folder.path(), 2, &mut |news| {
             if let CollectEvent::Kept { warning, .. } = news {
                 SET.store(4, Ordering::Relaxed);
                 warnings.push(warning);
@@ -413,11 +407,10 @@ fn a_clock_that_was_set_between_two_strikes_is_told_in_the_log_of_the_second() {
 #[test]
 fn a_plan_from_before_the_clock_was_set_is_not_struck() {
     static SLEPT: AtomicU64 = AtomicU64::new(0);
-    fn clock() -> SystemTime {
-        later(&SLEPT)
-    }
     let rig = rig();
-    let planner = CommandPlanner::nominal(&rig).unwrap().by_clock(clock);
+    let planner = CommandPlanner::nominal(&rig)
+        .unwrap()
+        .by_clock(|| later(&SLEPT));
     let command = Command::new(0.5, 0.0);
     let plan = planner.plan(Point::new(0.36, 0.0), command, 1.0).unwrap();
     let emulator = Maker::XArm.emulator(None);

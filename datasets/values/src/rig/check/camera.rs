@@ -160,6 +160,7 @@ pub(super) fn check_topic(topic: Option<&ImageTopic>) -> Result<(), RigError> {
 
 #[cfg(test)]
 mod tests {
+    use crate::rig::tests::{refusal, refused};
     use crate::{Rig, Shape};
 
     const SEEING: &str = "matrix = [900.0, 900.0, 639.5, 359.5]\ndistortion = [-0.1, 0.02, 0.0, 0.0, 0.0]\n\
@@ -199,59 +200,31 @@ mod tests {
 
     #[test]
     fn values_that_make_no_sense_are_refused() {
-        for (camera, object, said) in [
-            ("matrix = [0, 900, 1, 1]\n", "", "camera.matrix"),
-            ("size = [0, 720]\n", "", "camera.size"),
-            ("size = [640, 480, 3]\n", "", "2 numbers"),
-            ("position = [0, 0, -1]\n", "", "from above"),
-            ("position = [0, 0, 1, 0]\n", "", "3 numbers"),
-            ("distortion = [0, 0, 0, 0, 0, 0.1, 0, 0]\n", "", "5 numbers"),
-            ("distortion = [0, 0, 0, 0]\n", "", "5 numbers"),
-            ("orientation = [0, 0, 0, 2]\n", "", "length 1"),
-            ("exposure = 0.02\n", "", "0.0167 s, the interval"),
-            ("readout = 0.03\n", "", "camera.readout"),
-            ("readout = nan\n", "", "finite"),
-            ("focal = 3\n", "", "camera.focal"),
-            (
-                "",
-                "colour = { hue = [0, 400], saturation = [0, 1], value = [0, 1] }\n",
-                "360",
-            ),
-            (
-                "",
-                "colour = { hue = [0, 40], saturation = [1, 0], value = [0, 1] }\n",
-                "reversed",
-            ),
-            ("", "colour = { hue = [0, 40] }\n", "object.colour."),
-            (
-                "",
-                "marker = { dictionary = \"DICT_4X4_50\", id = 0 }\n",
-                "object.marker.size",
-            ),
-            (
-                "",
-                "marker = { dictionary = \"DICT_4X4_50\", id = 0, size = 36 }\n",
-                "the object's own width",
-            ),
-            (
-                "",
-                "marker = { dictionary = \"DICT_4X4_50\", id = 0, size = 0.03, offset = [3, 0] }\n",
-                "must lie on the object",
-            ),
-            (
-                "",
-                "marker = { dictionary = \"DICT_4X4_50\", id = 0, size = 0.03, yaw = 90 }\n",
-                "not degrees",
-            ),
-            (
-                "",
-                "marker = { dictionary = \"DICT_4X4_50\", number = 0, size = 0.03 }\n",
-                "object.marker.number",
-            ),
-        ] {
-            let error = Rig::parse(&with(camera, object)).expect_err("refused");
-            assert!(error.to_string().contains(said), "{said}: {error}");
-        }
+        refused(
+            refusal,
+            r#"
+[camera] → [camera]\nmatrix = [0, 900, 1, 1] ⇒ camera.matrix
+[camera] → [camera]\nsize = [0, 720] ⇒ camera.size
+[camera] → [camera]\nsize = [640, 480, 3] ⇒ 2 numbers
+[camera] → [camera]\nposition = [0, 0, -1] ⇒ from above
+[camera] → [camera]\nposition = [0, 0, 1, 0] ⇒ 3 numbers
+[camera] → [camera]\ndistortion = [0, 0, 0, 0, 0, 0.1, 0, 0] ⇒ 5 numbers
+[camera] → [camera]\ndistortion = [0, 0, 0, 0] ⇒ 5 numbers
+[camera] → [camera]\norientation = [0, 0, 0, 2] ⇒ length 1
+[camera] → [camera]\nexposure = 0.02 ⇒ 0.0167 s, the interval
+[camera] → [camera]\nreadout = 0.03 ⇒ camera.readout
+[camera] → [camera]\nreadout = nan ⇒ finite
+[camera] → [camera]\nfocal = 3 ⇒ camera.focal
+[object] → [object]\ncolour = { hue = [0, 400], saturation = [0, 1], value = [0, 1] } ⇒ 360
+[object] → [object]\ncolour = { hue = [0, 40], saturation = [1, 0], value = [0, 1] } ⇒ reversed
+[object] → [object]\ncolour = { hue = [0, 40] } ⇒ object.colour.
+[object] → [object]\nmarker = { dictionary = "DICT_4X4_50", id = 0 } ⇒ object.marker.size
+[object] → [object]\nmarker = { dictionary = "DICT_4X4_50", id = 0, size = 36 } ⇒ the object's own width
+[object] → [object]\nmarker = { dictionary = "DICT_4X4_50", id = 0, size = 0.03, offset = [3, 0] } ⇒ must lie on the object
+[object] → [object]\nmarker = { dictionary = "DICT_4X4_50", id = 0, size = 0.03, yaw = 90 } ⇒ not degrees
+[object] → [object]\nmarker = { dictionary = "DICT_4X4_50", number = 0, size = 0.03 } ⇒ object.marker.number
+"#,
+        );
     }
 
     #[test]

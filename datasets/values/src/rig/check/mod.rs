@@ -8,50 +8,32 @@ mod robot;
 
 use super::{CommandFrame, Fence, FieldTopic, Frames, Object, Rig, RigError, Solid, Topics};
 use crate::{Interval, Point};
-use number::{finite, interval, positive, value};
+use number::{Largest, finite, interval, positive, value};
 
 /// Largest half size, radius or tip in m; a strike moves things that lie on a table.
-const LARGEST_SIZE: f64 = 1.0;
+const LARGEST_SIZE: Largest = (1.0, "m", "metres, not millimetres?");
 /// Largest mass in kg.
-const LARGEST_MASS: f64 = 50.0;
+const LARGEST_MASS: Largest = (50.0, "kg", "kilograms, not grams?");
 /// Farthest a table reaches from the robot's base, in m.
 const LARGEST_TABLE: f64 = 20.0;
 /// Fastest camera, in frames per second.
-const LARGEST_RATE: f64 = 10_000.0;
+const LARGEST_RATE: Largest = (10_000.0, "frames per second", "hertz?");
 /// Largest camera noise in m: above it nothing can be estimated from a track.
-const LARGEST_NOISE: f64 = 0.05;
+const LARGEST_NOISE: Largest = (0.05, "m", "metres, not millimetres or pixels?");
 /// Fastest arm, in m/s.
-const LARGEST_SPEED: f64 = 30.0;
+const LARGEST_SPEED: Largest = (30.0, "m/s", "metres per second, not millimetres?");
 /// Clocks that differ by more are not those of one session, in s.
 const LARGEST_DELAY: f64 = 3600.0;
 /// Strongest arm, in m/s².
-const LARGEST_ACCELERATION: f64 = 1_000.0;
+const LARGEST_ACCELERATION: Largest = (1_000.0, "m/s²", "metres, not millimetres?");
 
 pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
     object(&rig.object)?;
-    positive(
-        "striker.radius",
-        rig.striker.radius,
-        LARGEST_SIZE,
-        "m",
-        "metres, not millimetres?",
-    )?;
+    positive("striker.radius", rig.striker.radius, LARGEST_SIZE)?;
     table("table.x", rig.table.x)?;
     table("table.y", rig.table.y)?;
-    positive(
-        "camera.rate",
-        rig.camera.rate,
-        LARGEST_RATE,
-        "frames per second",
-        "hertz?",
-    )?;
-    positive(
-        "camera.noise",
-        rig.camera.noise,
-        LARGEST_NOISE,
-        "m",
-        "metres, not millimetres or pixels?",
-    )?;
+    positive("camera.rate", rig.camera.rate, LARGEST_RATE)?;
+    positive("camera.noise", rig.camera.noise, LARGEST_NOISE)?;
     finite("camera.centre", rig.camera.centre.x)?;
     finite("camera.centre", rig.camera.centre.y)?;
     camera::check_camera(&rig.camera)?;
@@ -61,17 +43,9 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
     positive(
         "robot.speed",
         rig.robot.speed.low,
-        LARGEST_SPEED,
-        "m/s",
-        "metres per second?",
+        (LARGEST_SPEED.0, "m/s", "metres per second?"),
     )?;
-    positive(
-        "robot.speed",
-        rig.robot.speed.high,
-        LARGEST_SPEED,
-        "m/s",
-        "metres per second, not millimetres?",
-    )?;
+    positive("robot.speed", rig.robot.speed.high, LARGEST_SPEED)?;
     interval("robot.angle", rig.robot.angle)?;
     for angle in [rig.robot.angle.low, rig.robot.angle.high] {
         if angle.abs() > PI {
@@ -83,13 +57,7 @@ pub(super) fn check(rig: &Rig) -> Result<(), RigError> {
         }
     }
     let acceleration = rig.robot.acceleration;
-    positive(
-        "robot.acceleration",
-        acceleration,
-        LARGEST_ACCELERATION,
-        "m/s²",
-        "metres, not millimetres?",
-    )?;
+    positive("robot.acceleration", acceleration, LARGEST_ACCELERATION)?;
     robot::check(&rig.robot)?;
     frames(rig)?;
     rig.table.fences.iter().try_for_each(fence)?;
@@ -119,15 +87,9 @@ fn object(object: &Object) -> Result<(), RigError> {
         Solid::Sphere { radius } => vec![("object.radius", radius)],
     };
     for (key, size) in sizes {
-        positive(key, size, LARGEST_SIZE, "m", "metres, not millimetres?")?;
+        positive(key, size, LARGEST_SIZE)?;
     }
-    positive(
-        "object.mass",
-        object.mass,
-        LARGEST_MASS,
-        "kg",
-        "kilograms, not grams?",
-    )
+    positive("object.mass", object.mass, LARGEST_MASS)
 }
 
 fn table(key: &str, bounds: Interval) -> Result<(), RigError> {

@@ -21,23 +21,21 @@ pub(super) fn interval(key: &str, interval: Interval) -> Result<(), RigError> {
     })
 }
 
+/// The largest number that makes sense, its unit, and what else it may have been stated in.
+pub(super) type Largest = (f64, &'static str, &'static str);
+
 pub(super) fn positive(
     key: &str,
     number: f64,
-    largest: f64,
-    unit: &str,
-    hint: &str,
+    (largest, unit, hint): Largest,
 ) -> Result<(), RigError> {
     finite(key, number)?;
     if number <= 0.0 {
         return Err(value(key, number, &format!("must be above 0 {unit}")));
     }
     if number > largest {
-        return Err(value(
-            key,
-            number,
-            &format!("must be at most {largest} {unit} ({hint})"),
-        ));
+        let why = format!("must be at most {largest} {unit} ({hint})");
+        return Err(value(key, number, &why));
     }
     Ok(())
 }

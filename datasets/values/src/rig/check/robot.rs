@@ -136,6 +136,7 @@ pub(super) fn check(robot: &Robot) -> Result<(), RigError> {
 mod tests {
     use super::*;
     use crate::Rig;
+    use crate::rig::tests::refused;
 
     const PLACED: &str = "acceleration = 5.0
 base = [-0.1, 0.0]
@@ -200,67 +201,30 @@ radius = 0.05
 
     #[test]
     fn what_makes_no_sense_is_refused_by_its_key() {
-        for (from, to, said) in [
-            ("keep_out = 0.2", "keep_out = 200.0", "robot.keep_out"),
-            ("keep_out = 0.2", "keep_out = nan", "robot.keep_out"),
-            ("reach = [0.2, 0.9]", "reach = [0.9, 0.2]", "robot.reach"),
-            ("jerk = 100.0", "jerk = 0.0", "robot.jerk"),
-            (
-                "travel_height = 0.15",
-                "travel_height = 0.01",
-                "robot.travel_height",
-            ),
-            ("payload = 0.3", "payload = 300.0", "robot.payload"),
-            ("3.14159", "180.0", "robot.tool_orientation"),
-            (
-                "x = [0.5, 0.6]",
-                "x = [0.6, 0.5]",
-                "(number 1): a box needs",
-            ),
-            (
-                "[[robot.obstacles]]",
-                "[[obstacles]]",
-                "did you mean `robot.obstacles`",
-            ),
-            (
-                "radius = 0.05",
-                "radius = 0.0",
-                "robot.obstacles = a disc of radius 0 m about (0.5, -0.4) m (number 2): a box needs",
-            ),
-            (
-                "centre = [0.5, -0.4]\nradius = 0.05",
-                "centre = [500, -400]\nradius = 50",
-                "robot.obstacles = a disc of radius 50 m about (500, -400) m (number 2): it looks like millimetres",
-            ),
-            (
-                "x = [0.5, 0.6]",
-                "x = [500, 600]",
-                "a box, x in [500, 600] and y in [0.3, 0.4] m (number 1): it looks like millimetres",
-            ),
-            ("x = [0.5, 0.6]", "x = [nan, 0.6]", "(number 1)"),
-            ("radius = 0.05", "size = 0.05", "size"),
-            (
-                "payload = 0.3\n[[robot.obstacles]]",
-                "[[robot.obstacles]]\npayload = 0.3",
-                "it stands below [[robot.obstacles]], and TOML takes it for a key of that; move [[robot.obstacles]], with its own keys, below all \
-                 other keys of [robot]",
-            ),
-            (
-                "acceleration = 5.0\n",
-                "[[robot.obstacles]]\nacceleration = 5.0\n",
-                "`robot.acceleration` on line",
-            ),
-            ("base = [-0.1, 0.0]", "base = [-100.0, 0.0]", "robot.base"),
-            ("jerk = 100.0", "jrek = 100.0", "robot.jerk"),
-            ("base_yaw = 0.3", "base_yaw = 90.0", "robot.base_yaw"),
-            (
-                "base_height = -0.02",
-                "base_height = nan",
-                "robot.base_height",
-            ),
-        ] {
-            let error = parse(from, to).expect_err(to).to_string();
-            assert!(error.contains(said), "{to}: {error}");
-        }
+        refused(
+            |from, to| parse(from, to).expect_err(to).to_string(),
+            r#"
+keep_out = 0.2 → keep_out = 200.0 ⇒ robot.keep_out
+keep_out = 0.2 → keep_out = nan ⇒ robot.keep_out
+reach = [0.2, 0.9] → reach = [0.9, 0.2] ⇒ robot.reach
+jerk = 100.0 → jerk = 0.0 ⇒ robot.jerk
+travel_height = 0.15 → travel_height = 0.01 ⇒ robot.travel_height
+payload = 0.3 → payload = 300.0 ⇒ robot.payload
+3.14159 → 180.0 ⇒ robot.tool_orientation
+x = [0.5, 0.6] → x = [0.6, 0.5] ⇒ (number 1): a box needs
+[[robot.obstacles]] → [[obstacles]] ⇒ did you mean `robot.obstacles`
+radius = 0.05 → radius = 0.0 ⇒ robot.obstacles = a disc of radius 0 m about (0.5, -0.4) m (number 2): a box needs
+centre = [0.5, -0.4]\nradius = 0.05 → centre = [500, -400]\nradius = 50 ⇒ robot.obstacles = a disc of radius 50 m about (500, -400) m (number 2): it looks like millimetres
+x = [0.5, 0.6] → x = [500, 600] ⇒ a box, x in [500, 600] and y in [0.3, 0.4] m (number 1): it looks like millimetres
+x = [0.5, 0.6] → x = [nan, 0.6] ⇒ (number 1)
+radius = 0.05 → size = 0.05 ⇒ size
+payload = 0.3\n[[robot.obstacles]] → [[robot.obstacles]]\npayload = 0.3 ⇒ it stands below [[robot.obstacles]], and TOML takes it for a key of that; move [[robot.obstacles]], with its own keys, below all other keys of [robot]
+acceleration = 5.0\n → [[robot.obstacles]]\nacceleration = 5.0\n ⇒ `robot.acceleration` on line
+base = [-0.1, 0.0] → base = [-100.0, 0.0] ⇒ robot.base
+jerk = 100.0 → jrek = 100.0 ⇒ robot.jerk
+base_yaw = 0.3 → base_yaw = 90.0 ⇒ robot.base_yaw
+base_height = -0.02 → base_height = nan ⇒ robot.base_height
+"#,
+        );
     }
 }

@@ -822,11 +822,10 @@ pub(super) fn samples(
         } else {
             stroke.at(time).1
         };
-        Stamped {
-            stamp: (epoch.stamp(begun) as i64 + (time * 1e9) as i64).max(0) as u64,
-            x: velocity.x,
-            y: velocity.y,
-        }
+        Stamped::at(
+            (epoch.stamp(begun) as i64 + (time * 1e9) as i64).max(0) as u64,
+            velocity,
+        )
     };
     let samples = Samples {
         states: record.iter().map(state).collect(),

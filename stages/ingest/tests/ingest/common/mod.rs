@@ -109,11 +109,7 @@ pub fn session(truths: &[Truth]) -> Samples {
     for i in 0..(end * 200.0) as u64 {
         let t = i as f64 / 200.0;
         let velocity = velocity(truths, t);
-        samples.commands.push(Stamped {
-            stamp: stamp(t),
-            x: velocity.x,
-            y: velocity.y,
-        });
+        samples.commands.push(Stamped::at(stamp(t), velocity));
     }
     for i in 0..(end * rig.camera.rate) as u64 {
         if noise(7_000_000 + i).abs() > 2.17 {
@@ -122,11 +118,7 @@ pub fn session(truths: &[Truth]) -> Samples {
         let t = i as f64 / rig.camera.rate + 0.001 * noise(9_000_000 + i).clamp(-2.0, 2.0).abs();
         let place =
             place(truths, t) + Point::new(noise(2 * i), noise(2 * i + 1)) * rig.camera.noise;
-        samples.centroids.push(Stamped {
-            stamp: stamp(t),
-            x: place.x,
-            y: place.y,
-        });
+        samples.centroids.push(Stamped::at(stamp(t), place));
     }
     samples
 }
@@ -158,6 +150,52 @@ impl Folder {
         writer.finish().expect("finishes");
         path
     }
+}
+
+/// A message in JSON: topic, stamp and body.
+pub type JsonMessage = (&'static str, u64, String);
+
+pub fn point(sample: &Stamped) -> JsonMessage {
+    let body = format!(r#""point":{{"x":{:?},"y":{:?}}}"#, sample.x, sample.y);
+    ("/object/centroid", sample.stamp, body)
+}
+
+pub fn twist(sample: &Stamped) -> JsonMessage {
+    let body = format!(
+        r#""twist":{{"linear":{{"x":{:?},"y":{:?}}}}}"#,
+        sample.x, sample.y
+    );
+    ("/striker/command", sample.stamp, body)
+}
+
+/// A log of messages in JSON, in this order, received `late` ns after their stamps: uncompressed, in small chunks.
+pub fn json_log(messages: &[JsonMessage], late: u64) -> Vec<u8> {
+    let mut file = std::io::Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new()
+        .compression(None)
+        .chunk_size(Some(5_000))
+        .create(&mut file)
+        .expect("writes");
+    for (sequence, (topic, stamp, body)) in (0..).zip(messages) {
+        let channel_id = writer
+            .add_channel(0, topic, "json", &Default::default())
+            .expect("writes");
+        let (sec, nanosec) = (stamp / 1_000_000_000, stamp % 1_000_000_000);
+        let text =
+            format!(r#"{{"header":{{"stamp":{{"sec":{sec},"nanosec":{nanosec}}}}},{body}}}"#);
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence,
+            log_time: stamp + late,
+            publish_time: stamp + late,
+        };
+        writer
+            .write_to_known_channel(&header, text.as_bytes())
+            .expect("writes");
+    }
+    writer.finish().expect("writes");
+    drop(writer);
+    file.into_inner()
 }
 
 pub fn ingest(path: &Path) -> LogOutcome {
