@@ -93,19 +93,21 @@ fn objects_follow_commands(known: &[(&Strike, Delivered)]) -> bool {
         let of = |command: Command| [command.speed.max(1e-9).ln(), command.angle];
         let commanded = of(strike.command);
         let path = [path[0] + commanded[0], path[1] + commanded[1]];
-        (strike.split != Split::Test).then_some((path, commanded, of(delivered.command())))
+        (strike.split != Split::Test).then_some([path, commanded, of(delivered.command())])
     });
-    let paths: Vec<([f64; 2], [f64; 2], [f64; 2])> = paths.collect();
+    let paths: Vec<[[f64; 2]; 3]> = paths.collect();
     (0..2).any(|quantity| {
-        let errors = |x: &dyn Fn(&([f64; 2], [f64; 2], [f64; 2])) -> f64| {
-            let x: Vec<f64> = paths.iter().map(x).collect();
-            let y = DVector::from_iterator(paths.len(), paths.iter().map(|p| p.0[quantity]));
-            let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
+        let of = |which: usize| paths.iter().map(move |of| of[which][quantity]);
+        let errors = |which: usize| {
+            let (x, y) = (
+                DVector::from_iterator(paths.len(), of(which)),
+                DVector::from_iterator(paths.len(), of(0)),
+            );
+            let mean = x.mean();
             let curve = DMatrix::from_fn(x.len(), 3, |i, k| (x[i] - mean).powi(k as i32));
             Some(&y - &curve * project(&curve, &y)?)
         };
-        let by_command = errors(&|(_, commanded, _)| commanded[quantity]);
-        let by_state = errors(&|(_, _, delivered)| delivered[quantity]);
+        let (by_command, by_state) = (errors(1), errors(2));
         let (Some(by_command), Some(by_state)) = (by_command, by_state) else {
             return false;
         };
