@@ -29,7 +29,8 @@ use crate::{
     screen::{Chance, screen_by},
     search::{
         Limits, SelectedEffect, Selection, least_that_moves_little, search, with_details,
-        with_last_resorts, with_replacements, with_rivals, with_wander, without,
+        with_last_resorts, with_replacements, with_rivals, with_special_cases, with_wander,
+        without,
     },
     sessions::is_by_session,
     strikes::{PreparedStrikes, RESOLVED},
@@ -306,6 +307,8 @@ impl Diagnose {
         if !is_astray && is_table && ask(&selection).is_pushed_by_place() {
             selection = with_replacements(selection, &of_any_shape, &mut chance, replicates, true)?;
         }
+        let selection = with_special_cases(selection, &candidates, &chance)?;
+        let selection = with_details(selection, &candidates, &chance)?;
         let is_wander = |selection: &Selection<'_>| {
             let by_session = selection
                 .effects

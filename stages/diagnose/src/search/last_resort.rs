@@ -6,8 +6,8 @@ use world::{
     effects::{Family, Naming, effect},
 };
 
-use super::refine::{MANY, standing};
-use super::{FitCriteria, Selection, fit_best, is_field};
+use super::refine::{MANY, replaced, standing};
+use super::{FitCriteria, Selection, fit_best, is_field, simpler};
 use crate::{
     candidates::Candidate,
     evidence,
@@ -65,6 +65,8 @@ pub(crate) fn with_replacements<'a>(
             }
             [name] if !is_field(name) && !is_too_little => (thresholds.alike, thresholds.better),
             [name] if !is_field(name) => (1.0, thresholds.better),
+            // Its many values follow what is left of a single one's form.
+            [_] => (thresholds.explained.powi(-2), thresholds.better),
             _ => (1.0, thresholds.better),
         };
         // What it gains by chance takes long to say, and is asked only where it matters.
@@ -85,6 +87,34 @@ pub(crate) fn with_replacements<'a>(
         chance.extend(evidence::chance(&screened));
         if is_better(chance[candidate.name]) {
             selection = with_fitted(selection, &fitted, chance)?;
+        }
+    }
+    Ok(selection)
+}
+
+/// Beside a field, which is found last, tries for each other effect whether a special case of it is enough now: the general form may have held a part
+/// of what the field explains.
+pub(crate) fn with_special_cases<'a>(
+    mut selection: Selection<'a>,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Selection<'a>, WorldError> {
+    let parts = |selection: &Selection<'_>| -> Vec<&'static str> {
+        let parts = selection.fitted.model.parts.iter();
+        parts.map(|part| part.name).collect()
+    };
+    if !parts(&selection).into_iter().any(is_field) {
+        return Ok(selection);
+    }
+    for name in parts(&selection) {
+        let is_special = |candidate: &&Candidate| simpler(name).contains(&candidate.name);
+        let special: Vec<Candidate> = candidates.iter().filter(is_special).cloned().collect();
+        let place = parts(&selection).iter().position(|part| *part == name);
+        let Some(place) = place.filter(|_| !is_field(name) && !special.is_empty()) else {
+            continue;
+        };
+        if let Some(fitted) = replaced(&selection, place, &special, chance)? {
+            selection = standing(selection.holding(fitted), chance)?;
         }
     }
     Ok(selection)

@@ -18,7 +18,7 @@ use crate::screen::{Chance, Screened, Start};
 use crate::strikes::PreparedStrikes;
 
 pub(crate) use forward::{Limits, search};
-pub(crate) use last_resort::{beside, with_last_resorts, with_replacements};
+pub(crate) use last_resort::{beside, with_last_resorts, with_replacements, with_special_cases};
 pub(crate) use refine::{least_that_moves_little, with_details, with_rivals, with_wander, without};
 
 /// What a search ends with.

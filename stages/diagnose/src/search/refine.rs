@@ -313,6 +313,17 @@ pub(super) fn refine<'a>(
 /// Share of an effect's linear gain below which no rival replaced one: a linear gain predicts that of the fit to some per cent.
 const NEAR: f64 = 0.9;
 
+/// The model with the best rival in the place of one of its effects, where that is better.
+pub(super) fn replaced(
+    selection: &Selection<'_>,
+    place: usize,
+    candidates: &[Candidate],
+    chance: &Chance,
+) -> Result<Option<Fitted>, WorldError> {
+    let (_, better) = rivals_of(selection, place, candidates, chance)?;
+    Ok(better)
+}
+
 /// The screening of every candidate in the place of an effect, and the model with the best of them there, where that is better.
 fn rivals_of(
     selection: &Selection<'_>,
