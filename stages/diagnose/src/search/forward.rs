@@ -1,12 +1,14 @@
 //! Adds effects one by one; when none is left to add, replaces those for which another is better.
 
+use std::collections::BTreeSet;
+
 use world::{
     WorldError,
     effects::{Family, effect},
 };
 
 use super::refine::{refine, standing, with_rivals};
-use super::{CandidateFit, FitCriteria, Selection, alike, fit_best};
+use super::{CandidateFit, FitCriteria, Selection, alike, fit_possible};
 use crate::{
     candidates::Candidate,
     evidence::{Alarm, REAL, Statistic},
@@ -150,6 +152,7 @@ fn next_effect(
     };
     let mut significant: Option<Alarm> = None;
     let mut said = 0.0f64;
+    let mut impossible = BTreeSet::new();
     while !open.is_empty() {
         let best = open
             .iter()
@@ -161,7 +164,7 @@ fn next_effect(
             ..FitCriteria::default()
         };
         let names: Vec<&str> = best.iter().map(|best| best.name).collect();
-        let fits = fit_best(prepared, fitted, &open, chance, criteria)?;
+        let fits = fit_possible(prepared, fitted, &open, chance, criteria, &mut impossible)?;
         let unfitted = best.filter(|best| fits.iter().all(|fit| fit.name != best.name));
         said = unfitted.map_or(said, |best| said.max(best.gain() - chance[best.name]));
         let is_fitted = |name: &str| names.contains(&name) || fits.iter().any(|f| f.name == name);

@@ -8,6 +8,8 @@ mod forward;
 mod last_resort;
 mod refine;
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 use world::WorldError;
 use world::effects::{Naming, effect};
@@ -146,19 +148,38 @@ pub(super) fn fit_best(
     chance: &Chance,
     criteria: FitCriteria<'_>,
 ) -> Result<Vec<CandidateFit>, WorldError> {
+    fit_possible(
+        prepared,
+        from,
+        screened,
+        chance,
+        criteria,
+        &mut BTreeSet::new(),
+    )
+}
+
+/// [`fit_best`] where some are known to lead to no possible model beside this one; those that now prove to are added to them.
+pub(super) fn fit_possible(
+    prepared: &PreparedStrikes<'_>,
+    from: &Fitted,
+    screened: &[Screened],
+    chance: &Chance,
+    criteria: FitCriteria<'_>,
+    impossible: &mut BTreeSet<&'static str>,
+) -> Result<Vec<CandidateFit>, WorldError> {
     let thresholds = prepared.thresholds;
     let beyond_chance = |s: &Screened| s.gain() - chance[s.name];
     let mut order: Vec<&Screened> = screened.iter().collect();
     order.sort_by(|a, b| beyond_chance(b).total_cmp(&beyond_chance(a)));
     let best = order.first().map_or(0.0, |best| best.gain());
     let least = criteria.least_gain.unwrap_or(thresholds.fitted * best);
-    let fits: Vec<Option<CandidateFit>> = order
+    let fits: Vec<(&'static str, Option<CandidateFit>)> = order
         .into_par_iter()
         .enumerate()
         .filter(|(rank, s)| {
             let is_best = *rank == 0 && !criteria.least_evidence.is_finite();
             let is_near = is_best || *rank < FITTED && s.gain() >= least;
-            is_near || criteria.required.contains(&s.name)
+            (is_near || criteria.required.contains(&s.name)) && !impossible.contains(s.name)
         })
         .map(|(_, s)| {
             // Of its forms, the one that brings most for its values. A strength at the end of its range stands for something else.
@@ -189,10 +210,12 @@ pub(super) fn fit_best(
                 name: s.name,
                 fitted,
             });
-            Ok(fit)
+            Ok((s.name, fit))
         })
         .collect::<Result<_, WorldError>>()?;
-    let mut fits: Vec<CandidateFit> = fits.into_iter().flatten().collect();
+    let none = fits.iter().filter(|(_, fit)| fit.is_none());
+    impossible.extend(none.map(|(name, _)| *name));
+    let mut fits: Vec<CandidateFit> = fits.into_iter().filter_map(|(_, fit)| fit).collect();
     fits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     Ok(fits)
 }
