@@ -304,8 +304,10 @@ impl InOrder {
                 let mut functions = chosen
                     .map(|(_, functions, _)| functions)
                     .unwrap_or_default();
-                if form == Form::Cycle {
-                    functions = self.finer_cycle((functions, criterion));
+                match form {
+                    Form::Cycle => functions = self.finer_cycle((functions, criterion)),
+                    Form::WearInSessions => functions = self.beside(self.worn_in_sessions()),
+                    _ => {}
                 }
                 let functions = functions.iter();
                 (
@@ -433,6 +435,13 @@ impl InOrder {
             }
         }
         best
+    }
+
+    /// Wear that is the same in each session, fast or slow.
+    fn worn_in_sessions(&self) -> Vec<DVector<f64>> {
+        let since = self.since_session();
+        let worn = LASTS.map(|length| since.map(|t| (-t / length).exp()));
+        std::iter::once(since).chain(worn).collect()
     }
 
     /// How far into its session each strike is, 0 to 1.
