@@ -275,7 +275,8 @@ impl Watch {
         if let (State::Rests(_), Some((_, last)), Some(other)) = (&self.state, before, twice_before)
         {
             let apart = point.distance(last);
-            let alternates = apart > ALTERNATES.max(AWAY_NOISE * self.noise)
+            let alternates = !jumps
+                && apart > ALTERNATES.max(AWAY_NOISE * self.noise)
                 && point.distance(other) < 0.5 * apart;
             seen.resting += 1;
             seen.alternating += u64::from(alternates);
