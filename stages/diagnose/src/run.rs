@@ -39,7 +39,7 @@ use crate::{
 
 impl Stage for Diagnose {
     const NAME: &'static str = "diagnose";
-    const VERSION: u32 = 73;
+    const VERSION: u32 = 74;
     type Input = Input;
     type Output = Diagnosed;
     type Error = DiagnoseError;
