@@ -866,7 +866,7 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
                 "{log}: from its strike {strike} on objects leave {times:.2} (± {:.2}) times as fast as those before, for the same commanded speeds",
                 2.0 * error
             ),
-            "speeds are commanded in another unit, or through an override, or the camera's scale was changed, while the log ran",
+            "speeds are commanded in another unit, or through an override, or the camera's scale, the tip or the object was changed, while the log ran",
             "log what the arm is told, in m/s, and log again: strikes before and after are of two set-ups".into(),
         ),
         Finding::InPart {
