@@ -51,7 +51,7 @@ mod tests {
             let mut pace = Pace::default();
             for i in 0..2400_i64 {
                 let now = 16_666_667 * i;
-                let late = (i * 7919) % 8 * 1_000_000;
+                let late = (8e6 * (0.618_034 * i as f64).fract()) as i64;
                 pace.take(stamp(now), now + late);
             }
             pace.measured().expect("forty seconds tell it")
