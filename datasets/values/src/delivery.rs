@@ -82,12 +82,16 @@ impl Deliveries {
     }
 }
 
-/// Whether paths are told by commands surely better than by these deliveries: by curves of the second degree, in length or in direction.
+/// Whether paths are told by commands surely better than by these deliveries, by curves of the second degree, in length or in direction; or differ by
+/// so much more than deliveries that these are no launches.
 fn objects_follow_commands(known: &[(&Strike, Delivered)]) -> bool {
     /// Difference of logarithms of likelihood from which it is no chance.
     const SURELY: f64 = 10.0;
     /// Errors count for no more than so many deviations of the usual one: what went astray speaks for neither.
     const ASTRAY: f64 = 6.0;
+    /// Speeds, as roots of path lengths, and directions differ by as much as launches do, about; never so many times as much, but for standard errors.
+    const STEEPEST: f64 = 3.0;
+    const ERRORS: f64 = 4.0;
     let paths = known.iter().filter_map(|(strike, delivered)| {
         let path = strike.path_beside_command()?;
         let of = |command: Command| [command.speed.max(1e-9).ln(), command.angle];
@@ -97,18 +101,17 @@ fn objects_follow_commands(known: &[(&Strike, Delivered)]) -> bool {
     });
     let paths: Vec<[[f64; 2]; 3]> = paths.collect();
     (0..2).any(|quantity| {
-        let of = |which: usize| paths.iter().map(move |of| of[which][quantity]);
-        let errors = |which: usize| {
-            let (x, y) = (
-                DVector::from_iterator(paths.len(), of(which)),
-                DVector::from_iterator(paths.len(), of(0)),
-            );
-            let mean = x.mean();
+        let of = |which: usize| {
+            let values = paths.iter().map(|of| of[which][quantity]);
+            DVector::from_iterator(paths.len(), values)
+        };
+        let errors = |x: &DVector<f64>| {
+            let (y, mean) = (of(0), x.mean());
             let curve = DMatrix::from_fn(x.len(), 3, |i, k| (x[i] - mean).powi(k as i32));
             Some(&y - &curve * project(&curve, &y)?)
         };
-        let (by_command, by_state) = (errors(1), errors(2));
-        let (Some(by_command), Some(by_state)) = (by_command, by_state) else {
+        let (commanded, delivered) = (of(1), of(2));
+        let (Some(by_command), Some(by_state)) = (errors(&commanded), errors(&delivered)) else {
             return false;
         };
         let most = ASTRAY * usual(&by_command);
@@ -116,7 +119,9 @@ fn objects_follow_commands(known: &[(&Strike, Delivered)]) -> bool {
             errors.iter().map(|e| e.abs().min(most).powi(2)).sum()
         };
         let likelier = 0.5 * paths.len() as f64 * (square(&by_state) / square(&by_command)).ln();
-        likelier > SURELY
+        let spread = (delivered.variance() * paths.len() as f64).sqrt();
+        let error = usual(&by_state) / spread;
+        likelier > SURELY || slope(&delivered, &of(0)).abs() - ERRORS * error > STEEPEST
     })
 }
 

@@ -220,15 +220,19 @@ fn read_by(
     Ok((outcome, summary))
 }
 
-/// How many times as slow the camera's stamps go as those of commands, or of states: where all are of a simulated time they are slow alike.
+/// How many times as slow the camera's stamps go as those of commands, or of states: where all are of a simulated time they are slow alike. None where
+/// the log times are of something else than the recording, as of a conversion.
 fn slow(paces: &[Option<[f64; 2]>]) -> Option<[f64; 2]> {
+    /// A clock that runs wrong does so by less.
+    const POSSIBLE: std::ops::Range<f64> = 0.8..1.25;
     let of = |topic: usize| paces.get(topic).copied().flatten();
     let ([camera, error], arm) = (of(OBJECT)?, of(COMMAND).or(of(STATE)));
     let [arm, arm_error] = arm.unwrap_or([1.0, 0.0]);
     let ratio = camera / arm;
-    ratio
-        .is_finite()
-        .then_some([ratio, ratio * (error / camera).hypot(arm_error / arm)])
+    let relative = (error / camera).hypot(arm_error / arm);
+    POSSIBLE
+        .contains(&ratio)
+        .then_some([ratio, ratio * relative])
 }
 
 /// Somewhere in the log a message is wrong, and nothing shows where: no strike of it is kept.

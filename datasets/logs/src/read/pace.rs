@@ -3,6 +3,8 @@
 /// Spans over which stamps and log times are compared, in ns of stamps; longer ones are pauses.
 const LEAST: i64 = 500_000_000;
 const MOST: i64 = 2_000_000_000;
+/// Difference of a span's pace from the usual one from which a clock was set in it.
+const SET: f64 = 0.1;
 /// Least number of spans that tell a pace.
 const SPANS: usize = 5;
 
@@ -26,18 +28,17 @@ impl Pace {
         }
     }
 
-    /// Seconds of log time that pass in one of stamps, and its standard error; none where few spans tell.
+    /// Seconds of log time that pass in one of stamps, and its standard error; none where few spans tell. A span in which a clock was set is none.
     pub(super) fn measured(&self) -> Option<[f64; 2]> {
-        let middle = |values: &mut Vec<f64>| {
-            values.sort_by(f64::total_cmp);
-            values.get(values.len() / 2).copied()
-        };
         let mut ratios = self.ratios.clone();
-        let ratio = middle(&mut ratios).filter(|_| self.ratios.len() >= SPANS)?;
-        let mut apart = ratios.iter().map(|r| (r - ratio).abs()).collect();
-        // Of the median of a normal distribution, by its median deviation.
-        let error = 1.253 * 1.4826 * middle(&mut apart)? / (self.ratios.len() as f64).sqrt();
-        Some([ratio, error])
+        ratios.sort_by(f64::total_cmp);
+        let middle = *ratios.get(ratios.len() / 2)?;
+        ratios.retain(|ratio| (ratio - middle).abs() < SET);
+        let count = ratios.len() as f64;
+        let mean = ratios.iter().sum::<f64>() / count;
+        let squares: f64 = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum();
+        let error = (squares / (count - 1.0).max(1.0) / count).sqrt();
+        (ratios.len() >= SPANS).then_some([mean, error])
     }
 }
 
