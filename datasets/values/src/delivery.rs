@@ -87,8 +87,11 @@ impl Deliveries {
 fn objects_follow_commands(known: &[(&Strike, Delivered)]) -> bool {
     /// Difference of logarithms of likelihood from which it is no chance.
     const SURELY: f64 = 10.0;
-    /// Errors count for no more than so many deviations of the usual one: what went astray speaks for neither.
-    const ASTRAY: f64 = 6.0;
+    /// Deviations of the usual error beyond which a strike went astray, or a reading: few of them speak for neither. And the share that is few.
+    const ASTRAY: f64 = 5.0;
+    const FEW: f64 = 0.1;
+    /// Errors, relative and in rad, below which nothing is resolved.
+    const RESOLVED: f64 = 1e-3;
     /// Speeds, as roots of path lengths, and directions differ by as much as launches do, about; never so many times as much, but for standard errors.
     const STEEPEST: f64 = 3.0;
     const ERRORS: f64 = 4.0;
@@ -97,31 +100,45 @@ fn objects_follow_commands(known: &[(&Strike, Delivered)]) -> bool {
         let of = |command: Command| [command.speed.max(1e-9).ln(), command.angle];
         let commanded = of(strike.command);
         let path = [path[0] + commanded[0], path[1] + commanded[1]];
-        (strike.split != Split::Test).then_some([path, commanded, of(delivered.command())])
+        let [speed, angle] = of(delivered.command());
+        let delivered = [speed, commanded[1] + wrap_angle(angle - commanded[1])];
+        (strike.split != Split::Test).then_some([path, commanded, delivered])
     });
     let paths: Vec<[[f64; 2]; 3]> = paths.collect();
     (0..2).any(|quantity| {
-        let of = |which: usize| {
-            let values = paths.iter().map(|of| of[which][quantity]);
-            DVector::from_iterator(paths.len(), values)
+        let mut paths: Vec<[f64; 3]> = paths.iter().map(|of| of.map(|of| of[quantity])).collect();
+        let of = |paths: &[[f64; 3]], which: usize| {
+            DVector::from_iterator(paths.len(), paths.iter().map(|of| of[which]))
         };
-        let errors = |x: &DVector<f64>| {
-            let (y, mean) = (of(0), x.mean());
+        let errors = |paths: &[[f64; 3]], by: usize| {
+            let (x, y) = (of(paths, by), of(paths, 0));
+            let mean = x.mean();
             let curve = DMatrix::from_fn(x.len(), 3, |i, k| (x[i] - mean).powi(k as i32));
             Some(&y - &curve * project(&curve, &y)?)
         };
-        let (commanded, delivered) = (of(1), of(2));
-        let (Some(by_command), Some(by_state)) = (errors(&commanded), errors(&delivered)) else {
+        let both = |paths: &[[f64; 3]]| Some([errors(paths, 1)?, errors(paths, 2)?]);
+        let Some(first) = both(&paths) else {
             return false;
         };
-        let most = ASTRAY * usual(&by_command);
-        let square = |errors: &DVector<f64>| -> f64 {
-            errors.iter().map(|e| e.abs().min(most).powi(2)).sum()
+        let most = first.each_ref().map(|errors| ASTRAY * usual(errors));
+        let is_astray = |i: usize| (0..2).any(|by| first[by][i].abs() > most[by]);
+        let astray: Vec<bool> = (0..paths.len()).map(is_astray).collect();
+        let count = astray.iter().filter(|is_astray| **is_astray).count();
+        if count as f64 <= FEW * paths.len() as f64 {
+            let mut astray = astray.iter();
+            paths.retain(|_| astray.next().is_some_and(|is_astray| !is_astray));
+        }
+        let Some([by_command, by_state]) = both(&paths) else {
+            return false;
         };
-        let likelier = 0.5 * paths.len() as f64 * (square(&by_state) / square(&by_command)).ln();
-        let spread = (delivered.variance() * paths.len() as f64).sqrt();
-        let error = usual(&by_state) / spread;
-        likelier > SURELY || slope(&delivered, &of(0)).abs() - ERRORS * error > STEEPEST
+        let n = paths.len() as f64;
+        let variance = |errors: &DVector<f64>| errors.norm_squared() / n + RESOLVED * RESOLVED;
+        let likelier = 0.5 * n * (variance(&by_state) / variance(&by_command)).ln();
+        let (commanded, delivered, went) = (of(&paths, 1), of(&paths, 2), of(&paths, 0));
+        let error = (variance(&by_state) / (n * delivered.variance())).sqrt();
+        let steep = slope(&delivered, &went).abs() - ERRORS * error;
+        let is_steeper = steep > 2.0 * slope(&commanded, &went).abs();
+        likelier > SURELY || steep > STEEPEST && is_steeper
     })
 }
 
@@ -396,6 +413,21 @@ mod tests {
             Deliveries::NotFollowed
         );
         assert_eq!(of(&|d, _| d.tip_speed = 0.7), Deliveries::NotFollowed);
+        // One reading that is wrong, of too few strikes to calibrate, speaks for nothing.
+        let mut one = read(0.005, 0.001);
+        one.truncate(30);
+        one[7].delivered.iter_mut().for_each(|d| d.tip_speed *= 0.6);
+        assert!(is_known(Deliveries::of(&one)));
+        // An arm that faces the other way, a little beside its commands.
+        let mut turned = read(0.005, 0.001);
+        for strike in &mut turned {
+            let angle = std::f64::consts::PI + strike.command.angle;
+            strike.command.angle = angle;
+            strike.stop = Point::polar(strike.stop.norm(), angle + 0.03);
+            let read = wrap_angle(angle + 0.03);
+            strike.delivered.iter_mut().for_each(|d| d.tip_angle = read);
+        }
+        assert!(is_known(Deliveries::of(&turned)));
     }
 
     /// Strikes of an arm that scatters by `arm` about its commands and is read with an error of `read` more, both relative: objects slide as far as

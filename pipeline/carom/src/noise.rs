@@ -9,12 +9,19 @@ use crate::results::Worlds;
 /// Seconds of rest over which ingestion averages a position, about.
 const REST: f64 = 0.3;
 
+/// Difference of sessions, in m, below which they are alike.
+const LEAST: f64 = 1e-4;
+
 /// Beside the world that will be used.
 pub fn noise(rig: &Rig, worlds: &Worlds) -> Noise {
     let gap = worlds.found().map(|found| &found.diagnosis.gap);
     Noise {
         measured: gap.map(|gap| gap.noise_floor),
-        sessions: gap.map_or(0.0, |gap| gap.sessions),
+        // Where they may differ by nothing, that is no estimate to widen claims by.
+        sessions: gap.map_or(0.0, |gap| {
+            let is_sure = gap.sessions_95[0] > LEAST;
+            if is_sure { gap.sessions } else { 0.0 }
+        }),
         ..identified(rig, &worlds.used().1.world)
     }
 }

@@ -198,10 +198,15 @@ impl Results {
         let cause = found.and_then(|diagnosis| Some(diagnosis.cause.as_ref()?.to_string()));
         let strays = found.and_then(|diagnosis| Some(diagnosis.strays.as_ref()?.to_string()));
         let strays = strays.filter(|strays| cause.as_ref() != Some(strays));
+        let fit = self.worlds.as_ref().map(|worlds| &worlds.fit);
+        let is_told_already = fit.is_some_and(|fit| {
+            let mut warnings = fit.warnings.iter().map(Sentence::finding);
+            warnings.any(|warning| matches!(warning, Some(sysid::Note::StateNotFollowed)))
+        });
         let told = found.into_iter().flat_map(|diagnosis| {
             let is_at_rest = diagnosis.verdict == Verdict::Consistent;
             let is_told = move |note: &&Sentence<Note>| match note.finding() {
-                Some(Note::AsCommanded { identified }) => *identified,
+                Some(Note::AsCommanded) => !is_told_already,
                 Some(Note::ValuesHoldTheGap) => is_at_rest,
                 _ => false,
             };

@@ -180,7 +180,7 @@ const PUSHED: f64 = 1.5;
 const SMEARED: f64 = 0.015;
 
 /// Error of the camera's scale from which friction, which goes by it, is another.
-const SCALED: f64 = 0.03;
+pub(crate) const SCALED: f64 = 0.03;
 
 /// How grave a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -45,10 +45,14 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     // Of places that are two cameras' in turn all else tells nothing.
     let two: Vec<Finding> = logs.iter().filter_map(two_sources).collect();
     if !two.is_empty() {
-        return Check {
-            findings: two,
-            measured: Measured::default(),
+        let others = logs.iter().filter(|log| two_sources(log).is_none());
+        let others: Vec<LogRead<'_>> = others.cloned().collect();
+        let mut check = match others.is_empty() {
+            true => Check::default(),
+            false => self::check(rig, &others, fences),
         };
+        check.findings.splice(0..0, two);
+        return check;
     }
     let encoder_to_camera = clocks::encoder_to_camera(rig, logs);
     // Where touches are not seen at their time, what is taken for strikes and for commands is anything.

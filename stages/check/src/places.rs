@@ -8,7 +8,7 @@ use ingest::Meeting;
 use nalgebra::{SMatrix, SVector};
 use values::{Point, Rig};
 
-use crate::finding::{Delay, Finding, LogRead};
+use crate::finding::{Delay, Finding, LogRead, SCALED};
 use crate::statistics::{median, wrapped};
 
 /// Least number of places that say something.
@@ -207,8 +207,8 @@ pub(crate) struct Origins {
     pub(crate) delay: Delay,
 }
 
-/// Radii, delay, both coordinates of a displacement, a turn, and two of what a picture does.
-const TERMS: usize = 7;
+/// Radii, delay, both coordinates of a displacement, a turn, a scale, and two of what else a picture does.
+const TERMS: usize = 8;
 type Row = SVector<f64, TERMS>;
 
 /// What a camera may do to the places of a table.
@@ -217,9 +217,9 @@ enum Picture {
     Right,
     /// One excess of all lengths.
     Scaled,
-    /// One that grows with the square of the distance from where it looks down: a lens.
+    /// Beside it one that grows with the square of the distance from where it looks down: a lens.
     Bent,
-    /// One that grows along a line: a camera that leans.
+    /// Beside it one that grows along a line: a camera that leans.
     Leaning,
 }
 
@@ -228,19 +228,20 @@ impl Picture {
     fn terms(self) -> usize {
         match self {
             Self::Right => 0,
-            Self::Scaled | Self::Bent => 1,
-            Self::Leaning => 2,
+            Self::Scaled => 1,
+            Self::Bent => 2,
+            Self::Leaning => 3,
         }
     }
 
     /// What its terms do, each of one, to a place of the table, of a camera that looks down on `centre`.
-    fn of(self, place: Point, centre: Point) -> [Point; 2] {
-        let apart = place - centre;
+    fn of(self, place: Point, centre: Point) -> [Point; 3] {
+        let (apart, none) = (place - centre, Point::default());
         match self {
-            Self::Right => [Point::default(); 2],
-            Self::Scaled => [place, Point::default()],
-            Self::Bent => [apart * apart.dot(apart), Point::default()],
-            Self::Leaning => [apart * -apart.x, apart * -apart.y],
+            Self::Right => [none; 3],
+            Self::Scaled => [place, none, none],
+            Self::Bent => [apart, apart * apart.dot(apart), none],
+            Self::Leaning => [apart, apart * -apart.x, apart * -apart.y],
         }
     }
 }
@@ -322,30 +323,35 @@ impl Origins {
         spread(meetings.iter().map(|m| m.object)).filter(|spread| *spread > APART)?;
         let of = |picture| Self::without_astray(rig, meetings, None, picture);
         let (fitted, strikes) = of(Picture::Scaled)?;
-        let (excess, error) = (fitted.values[5], fitted.errors[5]);
-        let is_told = excess.abs() > SCALE_BESIDE.max(SURE * error);
-        if !(is_told && fitted.spread < AGREE) {
-            return None;
-        }
-        let criterion = |picture: Picture| {
-            let left = of(picture)?.0.left;
-            let most = ASTRAY * median(fitted.left.iter().copied())?;
-            let squares: f64 = left.iter().map(|left| left.min(most).powi(2)).sum();
-            let n = meetings.len() as f64;
-            let scale = fitted.left.len() as f64 / left.len().max(1) as f64;
-            Some(n * (squares * scale).ln() + picture.terms() as f64 * n.ln())
-        };
-        let scaled = criterion(Picture::Scaled)?;
-        let others = [Picture::Bent, Picture::Leaning].into_iter();
-        let mut others = others.filter_map(criterion);
-        Some(match others.any(|other| other < scaled - SURELY) {
-            true => Finding::Bent { strikes },
-            false => Finding::Scaled {
+        let told = |fitted: &Fitted, least: f64| {
+            let (excess, error) = (fitted.values[5], fitted.errors[5]);
+            let is_told = excess.abs() > least.max(SURE * error);
+            is_told.then_some(Finding::Scaled {
                 log: None,
                 scale: 1.0 + excess,
                 error,
                 strikes,
-            },
+            })
+        };
+        let plain = told(&fitted, SCALE_BESIDE).filter(|_| fitted.spread < AGREE)?;
+        let most = ASTRAY * median(fitted.left.iter().copied())?;
+        let criterion = |picture: Picture, of: &Fitted| {
+            let squares: f64 = of.left.iter().map(|left| left.min(most).powi(2)).sum();
+            let n = meetings.len() as f64;
+            let scale = fitted.left.len() as f64 / of.left.len().max(1) as f64;
+            n * (squares * scale).ln() + picture.terms() as f64 * n.ln()
+        };
+        let scaled = criterion(Picture::Scaled, &fitted);
+        let others = [Picture::Bent, Picture::Leaning].into_iter();
+        let others = others.filter_map(|picture| {
+            let fitted = of(picture)?.0;
+            Some((criterion(picture, &fitted), fitted))
+        });
+        let best = others.min_by(|a, b| a.0.total_cmp(&b.0));
+        Some(match best.filter(|best| best.0 < scaled - SURELY) {
+            // Where it looks down a lens or a lean changes no scale.
+            Some((_, fitted)) => told(&fitted, SCALED).unwrap_or(Finding::Bent { strikes }),
+            None => plain,
         })
     }
 
@@ -400,19 +406,32 @@ impl Origins {
                     None => tip + towards * reach,
                 };
                 let between = m.object - tip - towards * reach - velocity * m.earlier;
-                let [first, second] = picture.of(turned, rig.camera.centre);
-                let row = |towards, velocity: f64, x, y, turned, first, second| {
-                    Row::from([towards, -velocity, x, y, turned, first, second])
-                };
+                let [scaled, first, second] = picture.of(turned, rig.camera.centre);
+                let row =
+                    |towards, velocity: f64, x, y, turned, [scaled, first, second]: [f64; 3]| {
+                        Row::from([towards, -velocity, x, y, turned, scaled, first, second])
+                    };
                 [
                     (
                         row(
-                            towards.x, velocity.x, 1.0, 0.0, -turned.y, first.x, second.x,
+                            towards.x,
+                            velocity.x,
+                            1.0,
+                            0.0,
+                            -turned.y,
+                            [scaled.x, first.x, second.x],
                         ),
                         between.x,
                     ),
                     (
-                        row(towards.y, velocity.y, 0.0, 1.0, turned.x, first.y, second.y),
+                        row(
+                            towards.y,
+                            velocity.y,
+                            0.0,
+                            1.0,
+                            turned.x,
+                            [scaled.y, first.y, second.y],
+                        ),
                         between.y,
                     ),
                 ]
@@ -422,15 +441,14 @@ impl Origins {
         let mut normal: SMatrix<f64, TERMS, TERMS> = products.sum();
         let mut right: Row = rows.iter().map(|(row, value)| row * *value).sum();
         let mut terms = TERMS as f64;
-        let asked = [
-            (4, turn.is_some()),
-            (5, picture.terms() > 0),
-            (6, picture.terms() > 1),
-        ];
-        for (term, _) in asked.iter().filter(|(_, is_asked)| !is_asked) {
-            normal.fill_row(*term, 0.0);
-            normal.fill_column(*term, 0.0);
-            (normal[(*term, *term)], right[*term]) = (1.0, 0.0);
+        let asked = (4..TERMS).map(|term| match term {
+            4 => (term, turn.is_some()),
+            _ => (term, picture.terms() > term - 5),
+        });
+        for (term, _) in asked.filter(|(_, is_asked)| !is_asked) {
+            normal.fill_row(term, 0.0);
+            normal.fill_column(term, 0.0);
+            (normal[(term, term)], right[term]) = (1.0, 0.0);
             terms -= 1.0;
         }
         let inverse = normal.cholesky()?.inverse();
@@ -634,6 +652,12 @@ mod tests {
         assert!(matches!(leaning[..], [Finding::Bent { .. }]), "{leaning:?}");
         let scaled = of(&|place| place * 1.06);
         assert!(matches!(scaled[..], [Finding::Scaled { .. }]), "{scaled:?}");
+        // Of both, the scale is what is wrong.
+        let both = of(&|place| {
+            let apart = place - centre;
+            centre + apart * (1.15 / (1.0 + 0.3 * apart.x + 0.5 * apart.y))
+        });
+        assert!(matches!(both[..], [Finding::Scaled { .. }]), "{both:?}");
     }
 
     #[test]

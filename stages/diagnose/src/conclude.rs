@@ -113,10 +113,10 @@ impl Case<'_, '_> {
         // What no prediction knows is said with the verdict: it is no scatter of repeats, and a model that is right misses by it.
         let mut beside = Vec::new();
         if verdict == Verdict::Named {
-            beside.extend(notes::not_all(&judged.gap));
             let left = self.remaining.findings.first();
             let left = left.filter(|left| left.size > TOLD_LEFT * judged.gap.noise_floor);
-            beside.extend(left.map(|left| Note::StillDepends(left.into())));
+            let left = left.map(|left| Note::StillDepends(left.into()));
+            beside.extend(left.or_else(|| notes::not_all(&judged.gap)));
         }
         beside.extend(notes::variation(&judged.gap).map(Note::Varies));
         match verdict {

@@ -169,7 +169,7 @@ impl Diagnose {
     ) -> Result<Diagnosed, DiagnoseError> {
         let arm = match Deliveries::of(&input.strikes) {
             Deliveries::Unknown => return Ok(self.diagnose(input, None, progress)?.0),
-            Deliveries::NotFollowed => return self.beside_the_state(input, false, progress),
+            Deliveries::NotFollowed => return self.beside_the_state(input, progress),
             Deliveries::Known(strikes) => Arm::of(input, strikes)?,
         };
         let (found, model) = self.diagnose(&arm.input, Some(&arm), progress)?;
@@ -184,25 +184,19 @@ impl Diagnose {
         };
         match self.as_commanded(input, &arm.with_laws(model)) {
             Ok((asked, variation)) if is_explained(&asked) => arm.complete(found, input, variation),
-            Ok(_) | Err(DiagnoseError::NoFit { .. }) => {
-                self.beside_the_state(input, true, progress)
-            }
+            Ok(_) | Err(DiagnoseError::NoFit { .. }) => self.beside_the_state(input, progress),
             Err(error) => Err(error),
         }
     }
 
-    /// The diagnosis of strikes as they were commanded, whatever the arm's state says, by which their world was `identified`, or not.
+    /// The diagnosis of strikes as they were commanded, whatever the arm's state says.
     fn beside_the_state(
         &self,
         input: &Input,
-        identified: bool,
         progress: &Progress,
     ) -> Result<Diagnosed, DiagnoseError> {
         let (mut found, _) = self.diagnose(input, None, progress)?;
-        found
-            .diagnosis
-            .notes
-            .push(Note::AsCommanded { identified }.into());
+        found.diagnosis.notes.push(Note::AsCommanded.into());
         Ok(found)
     }
 

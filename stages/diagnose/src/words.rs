@@ -422,12 +422,9 @@ pub enum Note {
     UnexplainedBesideArm,
     #[display(
         "strikes depend on more than what the arm's logged state says of launches: the arm does more than that, or the state is wrong. They were \
-         diagnosed as they were commanded{}: compare its speeds and angles with the commands",
-        if *identified { "; friction and restitution were identified by the state" } else { "" }
+         diagnosed as they were commanded: compare its speeds and angles with the commands"
     )]
-    AsCommanded {
-        identified: bool,
-    },
+    AsCommanded,
 }
 
 /// Share by which a camera's lengths may be too long, to say what that would do.

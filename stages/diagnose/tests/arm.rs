@@ -149,7 +149,7 @@ fn a_state_that_objects_do_not_follow_is_not_believed() {
     let is_told = diagnosis
         .notes
         .iter()
-        .any(|note| matches!(note.finding(), Some(diagnose::Note::AsCommanded { .. })));
+        .any(|note| matches!(note.finding(), Some(diagnose::Note::AsCommanded)));
     assert!(is_told, "{:?}", diagnosis.notes);
 }
 

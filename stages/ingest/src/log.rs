@@ -186,7 +186,7 @@ fn read_by(
     })?;
     segmenter.close(EndOfData::End);
     let mut segmented = segmenter.finish();
-    segmented.seen.slow = slow(&summary.paces);
+    segmented.seen.slow = slow(&summary);
     let notes = notes(&summary, topics).into_iter().chain(segmented.notes);
     let mut outcome = LogOutcome {
         left_out: None,
@@ -221,13 +221,17 @@ fn read_by(
 }
 
 /// How many times as slow the camera's stamps go as those of commands, or of states: where all are of a simulated time they are slow alike. None where
-/// the log times are of something else than the recording, as of a conversion.
-fn slow(paces: &[Option<[f64; 2]>]) -> Option<[f64; 2]> {
+/// the arm's do not tell, or log times are of something else than the recording, as of a conversion.
+fn slow(summary: &Summary) -> Option<[f64; 2]> {
     /// A clock that runs wrong does so by less.
     const POSSIBLE: std::ops::Range<f64> = 0.8..1.25;
-    let of = |topic: usize| paces.get(topic).copied().flatten();
-    let ([camera, error], arm) = (of(OBJECT)?, of(COMMAND).or(of(STATE)));
-    let [arm, arm_error] = arm.unwrap_or([1.0, 0.0]);
+    let of = |topic: usize| summary.paces.get(topic).copied().flatten();
+    // Commands without stamps are of the recorder's clock.
+    let arm = match summary.unstamped.get(COMMAND) {
+        Some(true) => Some([1.0, 0.0]),
+        _ => of(COMMAND).or(of(STATE)),
+    };
+    let ([camera, error], [arm, arm_error]) = (of(OBJECT)?, arm?);
     let ratio = camera / arm;
     let relative = (error / camera).hypot(arm_error / arm);
     POSSIBLE

@@ -69,7 +69,7 @@ pub enum Note {
     Carried(u64),
     #[display(
         "{_0} objects slid though no command was logged near: hands pushed them, or their commands are missing; they teach nothing, for without the \
-         arm's state it is not known where the arm was"
+         arm's measured place it is not known where the arm was"
     )]
     Uncommanded(u64),
     #[display(

@@ -812,7 +812,10 @@ impl<'a> Segmenter<'a> {
             self.found.notes.push(Note::ByState { are_in_tool_frame });
         }
         let rises = self.found.seen.commands.iter().map(|c| c.rise);
-        self.counts.count_uncommanded(&rises.collect::<Vec<f64>>());
+        let rises = rises.chain(self.found.strikes.iter().map(|strike| strike.t_start));
+        let mut rises: Vec<f64> = rises.collect();
+        rises.sort_by(f64::total_cmp);
+        self.counts.count_uncommanded(&rises);
         self.found.notes.extend(self.counts.notes());
         if !self.is_touched {
             self.found.notes.extend(self.extras.notes());

@@ -79,21 +79,26 @@ pub(crate) fn by_groups(
     strikes: &[&Strike],
     variances: &DVector<f64>,
 ) -> Vec<f64> {
-    let sessions: BTreeMap<&str, usize> = strikes
-        .iter()
+    // Slides that no strike began have no place in the order.
+    let struck = || (0..strikes.len()).filter(|i| !strikes[*i].conditions.is_unstruck);
+    let sessions: BTreeMap<&str, usize> = struck()
+        .map(|i| strikes[i])
         .map(|strike| (strike.conditions.session.as_str(), 0))
         .collect();
     let sessions: BTreeMap<&str, usize> = sessions.into_keys().zip(0..).collect();
-    let mut in_order: Vec<usize> = (0..strikes.len()).collect();
+    let mut in_order: Vec<usize> = struck().collect();
     in_order.sort_by(|a, b| {
         let order = |i: &usize| strikes[*i].conditions.order;
         order(a).total_cmp(&order(b))
     });
     let mut blocks = vec![0; strikes.len()];
     for (place, strike) in in_order.iter().enumerate() {
-        blocks[*strike] = BLOCKS * place / strikes.len();
+        blocks[*strike] = BLOCKS * place / in_order.len();
     }
-    let of_session = |strike: &&Strike| sessions[strike.conditions.session.as_str()];
+    let of_session = |strike: &&Strike| {
+        let session = strike.conditions.session.as_str();
+        sessions.get(session).copied().unwrap_or_default()
+    };
     let groupings = [
         (sessions.len(), strikes.iter().map(of_session).collect()),
         (BLOCKS, blocks),
@@ -112,8 +117,8 @@ pub(crate) fn by_groups(
             continue;
         };
         let mut sums = vec![DVector::zeros(variances.len()); count];
-        for (score, group) in fitted.scores.iter().zip(group) {
-            sums[group] += score;
+        for i in struck() {
+            sums[group[i]] += &fitted.scores[i];
         }
         let scale = count as f64 / freedom;
         let own = quantile(count, 1, 0.975);

@@ -9,13 +9,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Display, Serialize, Deserialize)]
 pub enum Note {
     #[display(
-        "objects go as they were commanded to, and not as the arm's logged state says: the state is not believed, and launches were taken as they \
-         were commanded; compare the state's speeds and angles with the commands"
+        "objects go as they were commanded to, and not as the arm's logged state says: it is wrong, or noisier than the arm errs. Launches were taken \
+         as they were commanded; compare the state's speeds and angles with the commands"
     )]
     StateNotFollowed,
     #[display(
-        "restitution is {value:.2} [{low:.2}, {high:.2}], and none is less than 0: objects leave slower than the tip is commanded to go. The arm delivers \
-         less (a speed override, a limit), the object is heavy beside what strikes it, or a unit is wrong; what was identified holds while that stays"
+        "restitution is {value:.2} [{low:.2}, {high:.2}], which cannot be below 0: objects leave slower than the tip goes, as commanded or as its logged \
+         state says. The arm delivers less (a speed override, a limit), the object is heavy beside what strikes it, or a unit or scale is wrong; what was \
+         identified holds while that stays"
     )]
     NegativeRestitution { value: f64, low: f64, high: f64 },
     #[display("in {count} of {of} strikes the arm pushes the object on after the impact, or it speeds up again as if the arm or the table did: {}",

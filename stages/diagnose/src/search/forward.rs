@@ -135,12 +135,10 @@ fn next_effect(
     } = selection;
     let is_first = selection.effects.is_empty();
     let drawn = limits.alarm.beside(&Statistic::all(screened));
-    // What brings more than all that is held is nothing that their wrong form leaves, though a smooth form of theirs could hold it.
-    let is_no_rest = |gain: f64| gain > selection.gain();
     let mut open: Vec<Screened> = screened
         .iter()
         .filter(|s| s.gain() > prepared.thresholds.fitted * chance[s.name])
-        .filter(|s| is_first || is_no_rest(s.gain()) || drawn.p_value_of(s.name).drawn < REAL)
+        .filter(|s| is_first || drawn.p_value_of(s.name).drawn < REAL)
         .cloned()
         .collect();
     let is_enough = |fit: &CandidateFit| {
@@ -171,7 +169,7 @@ fn next_effect(
         open.retain(|s| !is_fitted(s.name));
         let is_cause = |fit: &CandidateFit| is_enough(fit) && fit.evidence > SAYS * said;
         for fit in fits.into_iter().filter(is_cause) {
-            if is_first || is_no_rest(fit.evidence) {
+            if is_first {
                 return Ok(Some(fit));
             }
             let significant = significant.get_or_insert_with(|| {
