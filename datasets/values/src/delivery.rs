@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::{Command, Delivered, Split, Strike, wrap_angle};
+use crate::{Command, Delivered, Split, Strike, median, wrap_angle};
 
 /// How repeats of one command differ in what the arm delivers: standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -150,9 +150,7 @@ fn project(design: &DMatrix<f64>, values: &DVector<f64>) -> Option<DVector<f64>>
 
 /// Standard deviation of errors by their median, which few that went astray do not move.
 fn usual(errors: &DVector<f64>) -> f64 {
-    let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    1.4826 * sizes.get(sizes.len() / 2).copied().unwrap_or_default()
+    1.4826 * median(errors.iter().map(|e| e.abs()).collect()).unwrap_or_default()
 }
 
 /// What the arm delivered in each strike, drawn to what it makes of such commands by what of the differences objects do not follow. The strikes that

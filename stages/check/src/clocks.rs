@@ -228,6 +228,7 @@ pub(crate) fn encoder_to_camera(rig: &Rig, logs: &[LogRead<'_>]) -> Option<Delay
 
 #[cfg(test)]
 mod tests {
+    use ingest::Seen;
     use values::Point;
 
     use super::*;
@@ -248,6 +249,32 @@ mod tests {
             })
             .collect();
         clock_drift("one.mcap", &pairs, DRIFT, false).is_some()
+    }
+
+    #[test]
+    fn stamps_that_run_slow_are_told_of_all_logs_together_or_of_the_one_that_does() {
+        let told = |paces: &[Option<[f64; 2]>]| -> Vec<(bool, f64)> {
+            let of = |slow: &Option<[f64; 2]>| Seen {
+                slow: *slow,
+                ..Seen::default()
+            };
+            let seen: Vec<Seen> = paces.iter().map(of).collect();
+            let logs: Vec<LogRead<'_>> = seen.iter().map(LogRead::made).collect();
+            let found = slow_stamps(&logs).into_iter().map(|found| match found {
+                Finding::SlowStamps { log, times, .. } => (log.is_none(), times),
+                other => panic!("{other:?}"),
+            });
+            found.collect()
+        };
+        assert_eq!(told(&[None, None]), []);
+        assert_eq!(told(&[Some([1.001, 0.0]), Some([1.0, 0.001])]), []);
+        // Each for itself is no more than its error.
+        let alike = told(&[Some([1.03, 0.01]); 9]);
+        assert!(matches!(alike[..], [(true, times)] if (times - 1.03).abs() < 1e-9));
+        assert_eq!(
+            told(&[Some([1.0, 1e-4]), Some([1.1, 1e-4]), None]),
+            [(false, 1.1)]
+        );
     }
 
     #[test]

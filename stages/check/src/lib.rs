@@ -43,15 +43,15 @@ pub fn check(rig: &Rig, logs: &[LogRead<'_>], fences: &[FoundFence]) -> Check {
     let slowest = SLOWER * rig.robot.speed.low;
     let is_by_state = logs.iter().any(|log| log.seen.is_by_state);
     // Of places that are two cameras' in turn all else tells nothing.
-    let two: Vec<Finding> = logs.iter().filter_map(two_sources).collect();
-    if !two.is_empty() {
-        let others = logs.iter().filter(|log| two_sources(log).is_none());
-        let others: Vec<LogRead<'_>> = others.cloned().collect();
+    let two: Vec<Option<Finding>> = logs.iter().map(two_sources).collect();
+    if two.iter().any(Option::is_some) {
+        let others = logs.iter().zip(&two).filter(|(_, two)| two.is_none());
+        let others: Vec<LogRead<'_>> = others.map(|(log, _)| log.clone()).collect();
         let mut check = match others.is_empty() {
             true => Check::default(),
             false => self::check(rig, &others, fences),
         };
-        check.findings.splice(0..0, two);
+        check.findings.splice(0..0, two.into_iter().flatten());
         return check;
     }
     let encoder_to_camera = clocks::encoder_to_camera(rig, logs);

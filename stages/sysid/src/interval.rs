@@ -1,6 +1,6 @@
 //! 95 % intervals from how strikes differ.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
@@ -74,35 +74,17 @@ const DIFFER: f64 = 0.01;
 /// By how many times the intervals of strikes that differ each by itself are too narrow for each fitted value, where strikes differ by groups: by
 /// sessions, or early and late, as where an arm or a table wanders. A group's score is one observation then. 1 where groups are few, or do not
 /// differ so.
-pub(crate) fn by_groups(
-    fitted: &Fitted,
-    strikes: &[&Strike],
-    variances: &DVector<f64>,
-) -> Vec<f64> {
+fn by_groups(fitted: &Fitted, strikes: &[&Strike], variances: &DVector<f64>) -> Vec<f64> {
     // Slides that no strike began have no place in the order.
-    let struck = || (0..strikes.len()).filter(|i| !strikes[*i].conditions.is_unstruck);
-    let sessions: BTreeMap<&str, usize> = struck()
-        .map(|i| strikes[i])
-        .map(|strike| (strike.conditions.session.as_str(), 0))
-        .collect();
-    let sessions: BTreeMap<&str, usize> = sessions.into_keys().zip(0..).collect();
-    let mut in_order: Vec<usize> = struck().collect();
-    in_order.sort_by(|a, b| {
-        let order = |i: &usize| strikes[*i].conditions.order;
-        order(a).total_cmp(&order(b))
-    });
-    let mut blocks = vec![0; strikes.len()];
-    for (place, strike) in in_order.iter().enumerate() {
-        blocks[*strike] = BLOCKS * place / in_order.len();
-    }
-    let of_session = |strike: &&Strike| {
-        let session = strike.conditions.session.as_str();
-        sessions.get(session).copied().unwrap_or_default()
-    };
-    let groupings = [
-        (sessions.len(), strikes.iter().map(of_session).collect()),
-        (BLOCKS, blocks),
-    ];
+    let of = |i: usize| &strikes[i].conditions;
+    let mut struck: Vec<usize> = (0..strikes.len()).filter(|i| !of(*i).is_unstruck).collect();
+    struck.sort_by(|a, b| of(*a).order.total_cmp(&of(*b).order));
+    let session = |i: &usize| of(*i).session.as_str();
+    let names: BTreeSet<&str> = struck.iter().map(session).collect();
+    let of_session = |i| names.range(..session(i)).count();
+    let sessions: Vec<usize> = struck.iter().map(of_session).collect();
+    let blocks = (0..struck.len()).map(|place| BLOCKS * place / struck.len());
+    let groupings = [(names.len(), sessions), (BLOCKS, blocks.collect())];
     let mut times = vec![1.0; variances.len()];
     let Some(inverse) = fitted.information.clone().try_inverse() else {
         return times;
@@ -112,13 +94,13 @@ pub(crate) fn by_groups(
         let freedom = count as f64 - 1.0;
         let (Ok(chance), true) = (
             ChiSquared::new(freedom),
-            count >= FEWEST && strikes.len() >= 3 * count,
+            count >= FEWEST && struck.len() >= 3 * count,
         ) else {
             continue;
         };
         let mut sums = vec![DVector::zeros(variances.len()); count];
-        for i in struck() {
-            sums[group[i]] += &fitted.scores[i];
+        for (i, group) in struck.iter().zip(group) {
+            sums[group] += &fitted.scores[*i];
         }
         let scale = count as f64 / freedom;
         let own = quantile(count, 1, 0.975);

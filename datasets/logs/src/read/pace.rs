@@ -1,5 +1,7 @@
 //! How fast a topic's stamps go by the recorder's clock.
 
+use values::median;
+
 /// Spans over which stamps and log times are compared, in ns of stamps; longer ones are pauses.
 const LEAST: i64 = 500_000_000;
 const MOST: i64 = 2_000_000_000;
@@ -30,9 +32,8 @@ impl Pace {
 
     /// Seconds of log time that pass in one of stamps, and its standard error; none where few spans tell. A span in which a clock was set is none.
     pub(super) fn measured(&self) -> Option<[f64; 2]> {
+        let middle = median(self.ratios.clone())?;
         let mut ratios = self.ratios.clone();
-        ratios.sort_by(f64::total_cmp);
-        let middle = *ratios.get(ratios.len() / 2)?;
         ratios.retain(|ratio| (ratio - middle).abs() < SET);
         let count = ratios.len() as f64;
         let mean = ratios.iter().sum::<f64>() / count;

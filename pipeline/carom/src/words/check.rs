@@ -458,11 +458,11 @@ pub fn say(finding: &Finding, rig: &Rig) -> Said {
         ),
         Finding::SlowStamps { log, times, error } => said(
             format!(
-                "{}by the recorder's clock the stamps of {} go {:.1} % (± {:.1}) too {}, beside those of the arm",
+                "{}by the recorder's clock the stamps of {} go {:.1} % (± {}) too {}, beside those of the arm",
                 of(log.as_deref()),
                 rig.topics.centroid.name,
                 100.0 * (times - 1.0).abs(),
-                200.0 * error,
+                significant(200.0 * error),
                 if *times > 1.0 { "slowly" } else { "fast" }
             ),
             "frames are stamped by a rate that the camera does not have, or one of two clocks runs wrong: friction would be off by twice as much",
